@@ -1,0 +1,30 @@
+//! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
+#![forbid(unsafe_code)]
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Finds what a feedback loop hides.
+#[derive(Parser)]
+#[command(name = "drift", version, about, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {}
+
+/// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done: drift_sim::Result<ExitCode> = match arguments.command {};
+    match done {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(1)
+        }
+    }
+}

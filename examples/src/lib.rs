@@ -1,0 +1,1 @@
+//! Host programs that show the two crates in use: see `src/bin`.

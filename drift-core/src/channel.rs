@@ -1,0 +1,243 @@
+//! Residual channels: each compares one index with what the healthy loop shows at the same operating point
+//! (equations 5 to 7), with its own baseline and detectors.
+
+use crate::detector::{Alarms, DetectorStates, Detectors};
+use crate::index::{Index, Indices};
+use crate::line_fit::LineFit;
+use crate::math;
+use crate::store::Fingerprint;
+
+/// What is compared with what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum ChannelKind {
+    /// J_e against E_u: the paper's pair.
+    EnergyError(Index),
+    /// Mean u against mean y: how much effort it takes to hold y. Loads, leaks, biases and lost gain show here.
+    Effort,
+    /// Mean of u sign(dy) against the speed: the effort channel of a plant that integrates, which needs no effort
+    /// to stand still. Dry friction is its intercept, viscous friction its slope.
+    MotionEffort,
+    /// E_u against the reference's own activity: changed dynamics, gain and noise show here.
+    Activity,
+}
+
+impl ChannelKind {
+    /// (x, value): where on the baseline's axis the window lies, and the index that is judged there.
+    pub const fn coordinates(self, of: &Indices) -> (f32, f32) {
+        match self {
+            Self::EnergyError(index) => (of.e_u, of.error_index(index)),
+            Self::Effort => (of.mean_y, of.mean_u),
+            Self::MotionEffort => (of.speed, of.motion_effort),
+            Self::Activity => (of.reference_activity, of.e_u),
+        }
+    }
+
+    /// The channel's name in files, commands and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::EnergyError(_) => "energy_error",
+            Self::Effort => "effort",
+            Self::MotionEffort => "motion_effort",
+            Self::Activity => "activity",
+        }
+    }
+
+    const fn tag(self) -> u32 {
+        match self {
+            Self::EnergyError(index) => 16 + index as u32,
+            Self::Effort => 1,
+            Self::MotionEffort => 2,
+            Self::Activity => 3,
+        }
+    }
+}
+
+/// The healthy relation `value = b0 + b1*x` and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Baseline {
+    /// Intercept, value units.
+    pub b0: f32,
+    /// Slope, value units per x unit.
+    pub b1: f32,
+    /// Standard deviation of a healthy residual, value units; 0 means not learnt: the channel is only reported.
+    pub sigma: f32,
+    /// Independent windows that it was learnt from; 0 takes it as exactly known.
+    pub windows: f32,
+    /// Mean x of those windows.
+    pub x_mean: f32,
+    /// Their sum of squared deviations of x; 0 takes the slope as exactly known.
+    pub x_ss: f32,
+    /// Smallest x seen; a window outside x_min..=x_max is flagged as extrapolated.
+    pub x_min: f32,
+    /// Largest x seen.
+    pub x_max: f32,
+}
+
+impl Baseline {
+    /// Not learnt yet: indices and coordinates are reported, nothing is judged.
+    pub const UNLEARNED: Self = Self {
+        b0: 0.0,
+        b1: 0.0,
+        sigma: 0.0,
+        windows: 0.0,
+        x_mean: 0.0,
+        x_ss: 0.0,
+        x_min: f32::MIN,
+        x_max: f32::MAX,
+    };
+
+    /// A relation taken as exactly known.
+    pub const fn known(b0: f32, b1: f32, sigma: f32) -> Self {
+        Self { b0, b1, sigma, ..Self::UNLEARNED }
+    }
+
+    /// Equation 7: the window's value minus the healthy one.
+    pub fn residual(&self, x: f32, value: f32) -> f32 {
+        value - (self.b0 + self.b1 * x)
+    }
+
+    /// The residual in units of its own standard deviation, with the uncertainty of the baseline at this x
+    /// (prediction variance `sigma^2 (1 + 1/n + (x - mean)^2/Sxx)`). One square root and two divisions.
+    pub fn standardise(&self, x: f32, residual: f32) -> f32 {
+        let from_mean = x - self.x_mean;
+        let mut inflation = 1.0;
+        if self.windows > 0.0 {
+            inflation += 1.0 / self.windows;
+        }
+        if self.x_ss > 0.0 {
+            inflation += from_mean * (from_mean / self.x_ss);
+        }
+        residual / (self.sigma * math::sqrt(inflation))
+    }
+
+    pub(crate) fn learned(&self) -> bool {
+        self.sigma > 0.0
+    }
+
+    pub(crate) fn valid(&self) -> bool {
+        self.words().iter().all(|w| w.is_finite())
+            && self.sigma >= 0.0
+            && self.windows >= 0.0
+            && self.x_ss >= 0.0
+            && self.x_min <= self.x_max
+    }
+
+    const fn words(&self) -> [f32; 8] {
+        [self.b0, self.b1, self.sigma, self.windows, self.x_mean, self.x_ss, self.x_min, self.x_max]
+    }
+}
+
+/// One residual channel's configuration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Channel {
+    /// What is compared.
+    pub kind: ChannelKind,
+    /// The healthy relation.
+    pub baseline: Baseline,
+    /// What watches its residual.
+    pub detectors: Detectors,
+}
+
+impl Channel {
+    /// A channel that is only reported until its baseline is known.
+    pub const fn unlearned(kind: ChannelKind) -> Self {
+        Self { kind, baseline: Baseline::UNLEARNED, detectors: Detectors::NONE }
+    }
+
+    pub(crate) fn fingerprint(&self, to: &mut Fingerprint<'_>) {
+        to.u32(self.kind.tag());
+        self.baseline.words().into_iter().for_each(|w| to.f32(w));
+        self.detectors.fingerprint(to);
+    }
+}
+
+/// How a curve moved after a confirmed drift, judged at three standard errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Moved {
+    /// Neither, at three standard errors: too few windows yet, or a change of scatter only.
+    Undecided,
+    /// The curve was lifted or lowered.
+    Intercept,
+    /// It was tilted about the windows seen.
+    Slope,
+    /// Both.
+    Both,
+}
+
+/// The curve refitted on the windows since the alarm: f_fault of equations 8 and 9.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FaultCurve {
+    /// Intercept.
+    pub b0: f32,
+    /// Slope.
+    pub b1: f32,
+    /// Mean distance from the baseline at the windows seen, value units.
+    pub shift: f32,
+    /// Windows that it was fitted on.
+    pub windows: u32,
+    /// How it differs from the baseline.
+    pub moved: Moved,
+}
+
+impl FaultCurve {
+    pub(crate) fn of(fit: &LineFit, baseline: &Baseline) -> Self {
+        let shift = baseline.residual(fit.x_mean(), fit.value_mean());
+        let (b0, b1) = (fit.b0(), fit.b1());
+        let variance = baseline.sigma * baseline.sigma;
+        let n = fit.windows() as f32;
+        // Nine times the variance on the right: three standard errors without a square root.
+        let lifted = n > 0.0 && shift * shift > 9.0 * variance / n;
+        let tilt = b1 - baseline.b1;
+        let mut tilt_variance = if fit.x_ss() > 0.0 { variance / fit.x_ss() } else { f32::INFINITY };
+        if baseline.x_ss > 0.0 {
+            tilt_variance += variance / baseline.x_ss;
+        }
+        let tilted = fit.windows() > 2 && tilt * tilt > 9.0 * tilt_variance;
+        let moved = match (lifted, tilted) {
+            (false, false) => Moved::Undecided,
+            (true, false) => Moved::Intercept,
+            (false, true) => Moved::Slope,
+            (true, true) => Moved::Both,
+        };
+        Self { b0, b1, shift, windows: fit.windows(), moved }
+    }
+}
+
+/// One channel at one decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ChannelReport {
+    /// What is compared.
+    pub kind: ChannelKind,
+    /// The window's place on the baseline's axis.
+    pub x: f32,
+    /// The index that is judged.
+    pub value: f32,
+    /// Its distance from the baseline, value units; NaN where nothing could be judged.
+    pub residual: f32,
+    /// The same in standard deviations; NaN where nothing could be judged.
+    pub z: f32,
+    /// x lies outside what calibration saw: the baseline is extrapolated.
+    pub extrapolated: bool,
+    /// What the detectors hold after this decision.
+    pub detectors: DetectorStates,
+    /// Which of them alarmed.
+    pub alarms: Alarms,
+    /// What the channel's course amounts to.
+    pub verdict: crate::course::Verdict,
+    /// To which side it moved, while it is away from the baseline.
+    pub side: Option<crate::detector::Side>,
+    /// The refitted curve, once a drift is confirmed.
+    pub fault_curve: Option<FaultCurve>,
+}

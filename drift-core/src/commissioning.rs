@@ -1,0 +1,147 @@
+//! On-device commissioning: learns the baseline from healthy windows in place, and says what a baseline from so
+//! few windows can honestly promise.
+
+use crate::channel::{Baseline, ChannelKind};
+use crate::detector::Cusum;
+use crate::line_fit::LineFit;
+use crate::math;
+use crate::report::{Report, WindowStatus};
+
+/// Learns the baselines of `C` channels from the reports of a monitor whose channels are
+/// [`crate::Channel::unlearned`] (or of any other: only the coordinates are read).
+///
+/// Feed it decisions on windows that do not overlap, while the loop is known to be healthy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Commissioning<const C: usize> {
+    fits: [LineFit; C],
+    range: [(f32, f32); C],
+}
+
+/// Fewer windows than a baseline needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NotReady {
+    /// Windows so far.
+    pub windows: u32,
+    /// Windows needed at least.
+    pub needed: u32,
+}
+
+impl core::fmt::Display for NotReady {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} healthy windows so far, at least {} are needed", self.windows, self.needed)
+    }
+}
+
+impl core::error::Error for NotReady {}
+
+impl<const C: usize> Commissioning<C> {
+    /// Below this a standard deviation means nothing.
+    pub const LEAST_WINDOWS: u32 = 25;
+
+    /// Nothing learnt yet.
+    pub const fn new() -> Self {
+        Self { fits: [LineFit::EMPTY; C], range: [(f32::MAX, f32::MIN); C] }
+    }
+
+    /// Adds one healthy decision; windows with too few valid ticks are passed over.
+    pub fn learn(&mut self, report: &Report<C>) {
+        if report.status != WindowStatus::Valid {
+            return;
+        }
+        for ((fit, range), channel) in self.fits.iter_mut().zip(&mut self.range).zip(&report.channels) {
+            if channel.x.is_finite() && channel.value.is_finite() {
+                fit.add(channel.x, channel.value);
+                *range = (range.0.min(channel.x), range.1.max(channel.x));
+            }
+        }
+    }
+
+    /// Windows learnt from, the least of the channels.
+    pub fn windows(&self) -> u32 {
+        self.fits.iter().map(LineFit::windows).min().unwrap_or(0)
+    }
+
+    /// The baselines. Put them into a [`crate::Config`] with detectors and start a new monitor.
+    ///
+    /// # Errors
+    /// Fewer than [`Commissioning::LEAST_WINDOWS`] windows.
+    pub fn baselines(&self) -> Result<[Baseline; C], NotReady> {
+        let windows = self.windows();
+        if windows < Self::LEAST_WINDOWS {
+            return Err(NotReady { windows, needed: Self::LEAST_WINDOWS });
+        }
+        let mut baselines = [Baseline::UNLEARNED; C];
+        for ((out, fit), range) in baselines.iter_mut().zip(&self.fits).zip(&self.range) {
+            *out = Baseline {
+                b0: fit.b0(),
+                b1: fit.b1(),
+                sigma: math::sqrt(fit.residual_variance()),
+                windows: fit.windows() as f32,
+                x_mean: fit.x_mean(),
+                // Without a slope there is no leverage to account for.
+                x_ss: if fit.b1() == 0.0 { 0.0 } else { fit.x_ss() },
+                x_min: range.0,
+                x_max: range.1,
+            };
+        }
+        Ok(baselines)
+    }
+
+    /// Channels with the learnt baselines, all with the same detectors.
+    ///
+    /// # Errors
+    /// As [`Commissioning::baselines`].
+    pub fn channels(
+        &self,
+        kinds: [ChannelKind; C],
+        detectors: crate::detector::Detectors,
+    ) -> Result<[crate::channel::Channel; C], NotReady> {
+        let baselines = self.baselines()?;
+        let mut channels = kinds.map(crate::channel::Channel::unlearned);
+        for (channel, baseline) in channels.iter_mut().zip(baselines) {
+            channel.baseline = baseline;
+            channel.detectors = detectors;
+        }
+        Ok(channels)
+    }
+
+    /// The mean run length to a false alarm (decisions) that nine of ten devices with this many windows keep.
+    pub fn honest_arl0(&self, cusum: &Cusum) -> f32 {
+        honest_arl0(cusum, self.windows())
+    }
+}
+
+impl<const C: usize> Default for Commissioning<C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The two-sided CUSUM's in-control mean run length, decisions, that 90 % of baselines learnt from `windows`
+/// independent windows keep; for independent Gaussian residuals and without head start.
+///
+/// Siegmund's closed form (1985) at a standard deviation underestimated by `0.883/sqrt(m)` and a mean off by
+/// `1.257/sqrt(m)`: these two numbers reproduce the simulated 10 % quantiles for m = 25 to 1000 within 1 %.
+pub fn honest_arl0(cusum: &Cusum, windows: u32) -> f32 {
+    if windows < Commissioning::<1>::LEAST_WINDOWS {
+        return 0.0;
+    }
+    let per_root = 1.0 / math::sqrt(windows as f32);
+    let (ratio, offset) = (1.0 - 0.883 * per_root, 1.257 * per_root);
+    let (k, h) = (cusum.k * ratio, cusum.h * ratio);
+    let (high, low) = (siegmund(offset - k, h), siegmund(-offset - k, h));
+    1.0 / (1.0 / high + 1.0 / low)
+}
+
+/// One-sided mean run length for a drift of `d` per decision (Siegmund 1985).
+fn siegmund(d: f32, h: f32) -> f32 {
+    let b = h + 1.166;
+    let x = -2.0 * d * b;
+    if x.abs() < 0.01 {
+        // The limit of the formula as d goes to zero.
+        return b * b * (1.0 + x / 3.0);
+    }
+    (math::exp(x) - 1.0 - x) / (2.0 * d * d)
+}

@@ -1,0 +1,221 @@
+//! Disturbance or drift (sections 3.1 and 3.2 of the paper): what comes back to the baseline was a disturbance,
+//! what stays is a drift.
+//!
+//! From an alarm on, every decision adds evidence that the residual stays (a sequential test between "at half its
+//! largest distance so far" and "back at zero"). Evidence is capped on both sides, so that a large disturbance is
+//! forgotten as fast as a small one once it is gone. A drift is confirmed when the evidence stands at its cap and
+//! `confirm_hops` decisions have passed; before that, nothing can be told from a disturbance of that length.
+
+use crate::detector::Side;
+use crate::line_fit::LineFit;
+use crate::store::{Fingerprint, Reader, Writer};
+
+/// How long and how strongly a deviation must stay to be called drift.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Decision {
+    /// Decisions after an alarm before a drift can be confirmed: the longest disturbance to be expected.
+    pub confirm_hops: u16,
+    /// Log odds needed to call it either way; 4.6 is 99 to 1.
+    pub log_odds: f32,
+    /// The smallest shift that counts as away from the baseline, sigmas.
+    pub smallest_shift: f32,
+}
+
+impl Decision {
+    /// Twenty decisions, 99 to 1, one sigma.
+    pub const DEFAULT: Self = Self { confirm_hops: 20, log_odds: 4.6, smallest_shift: 1.0 };
+
+    pub(crate) fn valid(&self) -> bool {
+        self.confirm_hops > 0
+            && self.log_odds.is_finite()
+            && self.log_odds > 0.0
+            && self.smallest_shift.is_finite()
+            && self.smallest_shift > 0.0
+    }
+
+    pub(crate) fn fingerprint(&self, to: &mut Fingerprint<'_>) {
+        to.u32(u32::from(self.confirm_hops));
+        to.f32(self.log_odds);
+        to.f32(self.smallest_shift);
+    }
+}
+
+impl Default for Decision {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What a channel's course amounts to, in rising severity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Verdict {
+    /// On the baseline.
+    Healthy,
+    /// At this decision a deviation ended before it could be called drift: a disturbance, or a false alarm.
+    Disturbance,
+    /// At this decision a confirmed drift ended: repaired, or a long disturbance.
+    Recovered,
+    /// An alarm was raised; not yet known which.
+    Suspect,
+    /// Away from the baseline to stay.
+    Drift,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Healthy,
+    Suspect,
+    Drift,
+}
+
+/// The course of one channel since its last alarm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Course {
+    phase: Phase,
+    side: Side,
+    hops: u16,
+    farthest: f32,
+    evidence: f32,
+    since: LineFit,
+}
+
+impl Course {
+    pub(crate) const HEALTHY: Self = Self {
+        phase: Phase::Healthy,
+        side: Side::High,
+        hops: 0,
+        farthest: 0.0,
+        evidence: 0.0,
+        since: LineFit::EMPTY,
+    };
+
+    /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates.
+    pub(crate) fn update(
+        &mut self,
+        decision: &Decision,
+        z: f32,
+        alarm: Option<Side>,
+        x: f32,
+        value: f32,
+    ) -> Verdict {
+        if self.phase == Phase::Healthy {
+            let Some(side) = alarm else { return Verdict::Healthy };
+            *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
+        }
+        self.since.add(x, value);
+        self.weigh(decision, self.side.sign() * z);
+        if self.evidence <= -decision.log_odds {
+            let was_drift = self.phase == Phase::Drift;
+            *self = Self::HEALTHY;
+            return if was_drift { Verdict::Recovered } else { Verdict::Disturbance };
+        }
+        if self.hops >= decision.confirm_hops && self.evidence >= decision.log_odds {
+            self.phase = Phase::Drift;
+        }
+        self.verdict()
+    }
+
+    fn weigh(&mut self, decision: &Decision, away: f32) {
+        self.hops = self.hops.saturating_add(1);
+        if away > self.farthest {
+            self.farthest = away;
+        }
+        let half = 0.5 * self.farthest;
+        let shift = if half > decision.smallest_shift { half } else { decision.smallest_shift };
+        self.evidence += shift * (away - 0.5 * shift);
+        if self.evidence > decision.log_odds {
+            self.evidence = decision.log_odds;
+        }
+    }
+
+    pub(crate) fn verdict(&self) -> Verdict {
+        match self.phase {
+            Phase::Healthy => Verdict::Healthy,
+            Phase::Suspect => Verdict::Suspect,
+            Phase::Drift => Verdict::Drift,
+        }
+    }
+
+    pub(crate) fn side(&self) -> Option<Side> {
+        (self.phase != Phase::Healthy).then_some(self.side)
+    }
+
+    /// The windows since the alarm, once the drift is confirmed.
+    pub(crate) fn drifted(&self) -> Option<&LineFit> {
+        (self.phase == Phase::Drift).then_some(&self.since)
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.u8(self.phase as u8);
+        to.u8(self.side as u8);
+        to.u16(self.hops);
+        to.f32(self.farthest);
+        to.f32(self.evidence);
+        self.since.write(to);
+    }
+
+    pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self {
+            phase: match from.u8()? {
+                0 => Phase::Healthy,
+                1 => Phase::Suspect,
+                2 => Phase::Drift,
+                _ => return None,
+            },
+            side: match from.u8()? {
+                0 => Side::High,
+                1 => Side::Low,
+                _ => return None,
+            },
+            hops: from.u16()?,
+            farthest: from.f32()?,
+            evidence: from.f32()?,
+            since: LineFit::read(from)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(z: impl Iterator<Item = f32>) -> Course {
+        let mut course = Course::HEALTHY;
+        for (i, z) in z.enumerate() {
+            course.update(&Decision::DEFAULT, z, (i == 0).then_some(Side::High), 0.0, z);
+        }
+        course
+    }
+
+    #[test]
+    fn what_stays_is_a_drift_only_after_the_confirming_time() {
+        assert_eq!(run([2.0; 19].into_iter()).verdict(), Verdict::Suspect);
+        assert_eq!(run([2.0; 20].into_iter()).verdict(), Verdict::Drift);
+    }
+
+    #[test]
+    fn a_large_disturbance_is_forgotten_once_gone() {
+        let mut course = run([50.0; 15].into_iter());
+        assert_eq!(course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0), Verdict::Disturbance);
+    }
+
+    #[test]
+    fn a_false_alarm_ends_as_a_disturbance() {
+        let mut course = run([3.2].into_iter());
+        let ended = (0..20).map(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
+        assert!(ended.into_iter().any(|v| v == Verdict::Disturbance));
+    }
+
+    #[test]
+    fn a_repaired_drift_is_said() {
+        let mut course = run([6.0; 40].into_iter());
+        assert_eq!(course.verdict(), Verdict::Drift);
+        let verdicts: [Verdict; 3] =
+            core::array::from_fn(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
+        assert!(verdicts.contains(&Verdict::Recovered), "{verdicts:?}");
+    }
+}

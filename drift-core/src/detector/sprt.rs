@@ -1,0 +1,90 @@
+//! Repeated sequential probability ratio test (Wald 1945) in both directions: restarts whenever it has accepted
+//! the healthy hypothesis.
+
+use super::Side;
+use crate::math;
+
+/// Log-likelihood increments `constant +- linear*z + quadratic*z^2`, one test each side; alarm at `upper`,
+/// restart at `lower`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Sprt {
+    /// Added at every decision.
+    pub constant: f32,
+    /// Times z, with the side's sign.
+    pub linear: f32,
+    /// Times z^2; zero when only the mean is tested.
+    pub quadratic: f32,
+    /// Alarm at or above (positive).
+    pub upper: f32,
+    /// Healthy, restart from zero, at or below (negative).
+    pub lower: f32,
+}
+
+/// The two log-likelihood ratios.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SprtState {
+    /// Of the alternative above the baseline.
+    pub high: f32,
+    /// Of the alternative below it.
+    pub low: f32,
+}
+
+impl SprtState {
+    /// No evidence.
+    pub const ZERO: Self = Self { high: 0.0, low: 0.0 };
+}
+
+impl Sprt {
+    /// Alternative: the mean is off by `shift` sigmas to either side.
+    pub const fn mean(shift: f32, lower: f32, upper: f32) -> Self {
+        Self { constant: -0.5 * shift * shift, linear: shift, quadratic: 0.0, upper, lower }
+    }
+
+    /// Alternative: the mean is off by `shift` sigmas and the standard deviation is `ratio` (> 0) times as large.
+    pub fn mean_and_deviation(shift: f32, ratio: f32, lower: f32, upper: f32) -> Self {
+        let precision = 1.0 / (ratio * ratio);
+        Self {
+            constant: -math::ln(ratio) - 0.5 * shift * shift * precision,
+            linear: shift * precision,
+            quadratic: 0.5 * (1.0 - precision),
+            upper,
+            lower,
+        }
+    }
+
+    /// One decision. The side that alarms or accepts the healthy hypothesis starts anew.
+    pub fn update(&self, state: &mut SprtState, z: f32) -> Option<Side> {
+        let even = self.constant + self.quadratic * (z * z);
+        let odd = self.linear * z;
+        let high = self.advance(&mut state.high, even + odd);
+        let low = self.advance(&mut state.low, even - odd);
+        if high {
+            Some(Side::High)
+        } else if low {
+            Some(Side::Low)
+        } else {
+            None
+        }
+    }
+
+    fn advance(&self, ratio: &mut f32, increment: f32) -> bool {
+        *ratio += increment;
+        let alarm = *ratio >= self.upper;
+        if alarm || *ratio <= self.lower {
+            *ratio = 0.0;
+        }
+        alarm
+    }
+
+    pub(crate) fn valid(&self) -> bool {
+        self.words().iter().all(|x| x.is_finite()) && self.upper > 0.0 && self.lower < 0.0
+    }
+
+    pub(crate) const fn words(&self) -> [f32; 5] {
+        [self.constant, self.linear, self.quadratic, self.upper, self.lower]
+    }
+}

@@ -1,0 +1,67 @@
+//! What a monitor says at a decision.
+
+use crate::channel::ChannelReport;
+use crate::course::Verdict;
+use crate::index::Indices;
+use crate::sample::Excluded;
+
+/// Whether the window could be judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum WindowStatus {
+    /// Enough valid ticks.
+    Valid,
+    /// Too few: indices are NaN, detectors stand still.
+    TooFewValid,
+}
+
+/// A first location of the fault, from which channels are away from their baselines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Location {
+    /// No channel is away.
+    Nowhere,
+    /// Only the effort: a load, a leak, a bias, or gain that is lost at rest. The error does not show it.
+    OperatingPoint,
+    /// Only the effort along the motion: friction, or drive gain.
+    Friction,
+    /// Only the activity: changed dynamics, gain at high frequency, or noise.
+    Dynamics,
+    /// Only the energy-error relation: the loop tracks worse (or better) for the energy that it spends.
+    Tracking,
+    /// Several.
+    Several,
+}
+
+/// One decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Report<const C: usize> {
+    /// Decisions before this one; wraps at 2^32.
+    pub hop: u32,
+    /// Whether the window could be judged.
+    pub status: WindowStatus,
+    /// The most severe verdict among the channels.
+    pub verdict: Verdict,
+    /// Where the deviation seems to be.
+    pub location: Location,
+    /// The window's indices.
+    pub indices: Indices,
+    /// Ticks left out since the last decision, by reason.
+    pub excluded: Excluded,
+    /// The channels, in the configuration's order.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "serialize_channels"))]
+    pub channels: [ChannelReport; C],
+}
+
+/// serde knows arrays of fixed lengths only, not of a generic one.
+#[cfg(feature = "serde")]
+fn serialize_channels<S: serde::Serializer, const C: usize>(
+    channels: &[ChannelReport; C],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(channels.iter())
+}

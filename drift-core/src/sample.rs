@@ -1,0 +1,93 @@
+//! What a tick can bring besides a valid sample. Only valid samples enter a sum; the others are counted.
+
+/// One tick's input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Input<N> {
+    /// The loop is closed: reference, measured output, controller output.
+    Sample {
+        /// Reference.
+        r: N,
+        /// Measured output.
+        y: N,
+        /// Controller output.
+        u: N,
+    },
+    /// The loop is open or in manual mode: time passes, nothing is summed.
+    Manual,
+    /// No sample arrived this tick.
+    Missing,
+}
+
+/// Why a sample did not enter the sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Exclusion {
+    /// No sample arrived.
+    Missing,
+    /// r, y or u is NaN or infinite.
+    NonFinite,
+    /// r, y or u is beyond [`crate::Number::LIMIT`].
+    OutOfRange,
+    /// u is at or beyond a configured limit: the loop is not in control there.
+    Saturated,
+    /// The loop is open.
+    Manual,
+    /// Within the blanking time after a step of the reference.
+    Blanked,
+}
+
+/// Ticks left out since the last hop, by reason; saturating.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Excluded {
+    /// No sample arrived.
+    pub missing: u16,
+    /// NaN or infinite.
+    pub non_finite: u16,
+    /// Beyond [`crate::Number::LIMIT`].
+    pub out_of_range: u16,
+    /// u at a limit.
+    pub saturated: u16,
+    /// Loop open.
+    pub manual: u16,
+    /// After a step of the reference.
+    pub blanked: u16,
+}
+
+impl Excluded {
+    /// None.
+    pub const NONE: Self =
+        Self { missing: 0, non_finite: 0, out_of_range: 0, saturated: 0, manual: 0, blanked: 0 };
+
+    pub(crate) fn count(&mut self, why: Exclusion) {
+        let counter = match why {
+            Exclusion::Missing => &mut self.missing,
+            Exclusion::NonFinite => &mut self.non_finite,
+            Exclusion::OutOfRange => &mut self.out_of_range,
+            Exclusion::Saturated => &mut self.saturated,
+            Exclusion::Manual => &mut self.manual,
+            Exclusion::Blanked => &mut self.blanked,
+        };
+        *counter = counter.saturating_add(1);
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u32 {
+        [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
+            .iter()
+            .map(|&n| u32::from(n))
+            .sum()
+    }
+
+    pub(crate) const fn as_array(&self) -> [u16; 6] {
+        [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
+    }
+
+    pub(crate) const fn from_array(a: [u16; 6]) -> Self {
+        let [missing, non_finite, out_of_range, saturated, manual, blanked] = a;
+        Self { missing, non_finite, out_of_range, saturated, manual, blanked }
+    }
+}

@@ -11,10 +11,10 @@ pub struct RecordingArguments {
     #[arg(long, value_name = "t=time,r=SP,y=PV,u=OP")]
     columns: Option<ColumnMap>,
     /// Sample time in seconds where there are no time stamps
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "S", value_parser = seconds, allow_negative_numbers = true)]
     sample_time: Option<f64>,
     /// Put unequally sampled rows on a grid of DT seconds: y interpolated, r and u held
-    #[arg(long, value_name = "DT", value_parser = seconds)]
+    #[arg(long, value_name = "DT", value_parser = seconds, allow_negative_numbers = true)]
     resample: Option<f64>,
     /// Where the loop is closed, like occupied=1 or mode=AUTO; elsewhere samples count as manual. Can be repeated
     #[arg(long, value_name = "COLUMN=VALUE")]

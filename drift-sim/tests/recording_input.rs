@@ -1,7 +1,7 @@
 //! What the reader of recordings makes of good, odd and broken files: each broken one gets one line that names the
 //! place, each odd one is read and what was done is counted.
 
-use drift_sim::recording::{ReadOptions, Recording, RowState};
+use drift_sim::recording::{ReadOptions, Recording, RecordingStream, RowState};
 use proptest::prelude::*;
 
 fn read(text: impl AsRef<[u8]>, options: &ReadOptions) -> drift_sim::Result<Recording> {
@@ -241,6 +241,32 @@ fn what_was_written_reads_back_exactly() {
         assert_eq!(bits(read.column("a, \"b\"").unwrap()), bits(&values));
         assert!((read.sample_time_s / sample_time_s - 1.0).abs() < 1e-6, "{}", read.sample_time_s);
     }
+}
+
+/// How fast, for the record: `cargo test --release -p drift-sim --test recording_input -- --ignored --nocapture`.
+#[test]
+#[ignore = "slow: three million rows"]
+fn three_million_rows_stream_through() {
+    use std::fmt::Write;
+    const ROWS: u64 = 3_000_000;
+    let mut text = String::from("t,r,y,u\n");
+    for k in 0..ROWS {
+        let y = (k * 7919 % 99_991) as f64 / 1e5;
+        writeln!(text, "{:.3},0.25,{y:.6},{:.6}", k as f64 * 0.001, y * 3.0 - 1.0).unwrap();
+    }
+    let megabytes = text.len() as f64 / 1e6;
+    let source = std::io::Cursor::new(text.into_bytes());
+    let began = std::time::Instant::now();
+    let mut stream = RecordingStream::from_reader("x.csv", source, &plain()).unwrap();
+    let (mut samples, mut sum) = (0, 0.0);
+    while let Some(sample) = stream.next().unwrap() {
+        samples += 1;
+        sum += sample.y;
+    }
+    let seconds = began.elapsed().as_secs_f64();
+    println!("{:.2} M rows/s, {:.0} MB/s", ROWS as f64 / seconds / 1e6, megabytes / seconds);
+    assert_eq!((samples, stream.sample_time_s()), (ROWS, 0.001));
+    assert!((sum / ROWS as f64 - 0.5).abs() < 0.01);
 }
 
 /// A sound file with one stretch of it replaced.

@@ -114,7 +114,8 @@ fn linear_ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
     };
     let step = f64::from(factor) * libm::pow(10.0, f64::from(exponent));
     let (first, last) = (libm::ceil(low / step - 1e-9), libm::floor(high / step + 1e-9));
-    if !(last - first <= 100.0) {
+    // Where arithmetic can't tell ticks apart their number means nothing.
+    if (last - first).is_nan() || last - first > 100.0 {
         return Vec::new();
     }
     let largest = low.abs().max(high.abs());

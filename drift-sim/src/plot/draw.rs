@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::canvas::{Align, Canvas, Stroke, sheet};
-use super::layout::{Frame, LABEL_PX, Place, TICK_PX, TITLE_PX, arrange, column_width, title_at, widest};
+use super::layout::{Frame, LABEL_PX, Place, TICK_PX, TITLE_PX, arrange, frame_width, title_at, widest};
 use super::{Colour, Figure, Layer, Marker, Panel, legend, thin};
 use crate::Result;
 
@@ -14,12 +14,13 @@ const FAR_PX: f64 = 1e7;
 const MARKER_CELL_PX: f64 = 1.5;
 
 pub(super) fn figure(figure: &Figure) -> Result<String> {
-    // The columns' width is known before the labels': legends are broken for a little less of it.
-    let strips: Vec<usize> =
-        figure.panels.iter().map(|panel| legend::strips(panel, column_width(figure) - 100.0)).collect();
     let y_axes: Vec<Axis> = figure.panels.iter().map(|panel| y_axis(panel, figure)).collect();
     let y_ticks: Vec<f64> =
         y_axes.iter().map(|axis| widest(axis.visible_ticks().map(|(_, text)| text))).collect();
+    let columns = figure.columns.max(1);
+    let widths = (0..figure.panels.len()).map(|index| frame_width(figure, &y_ticks, index % columns));
+    let strips: Vec<usize> =
+        figure.panels.iter().zip(widths).map(|(panel, width)| legend::strips(panel, width)).collect();
     let arranged = arrange(figure, &strips, &y_ticks);
     sheet(arranged.width, arranged.height, |canvas| {
         if !figure.title.is_empty() {
@@ -38,8 +39,8 @@ pub(super) fn figure(figure: &Figure) -> Result<String> {
 }
 
 fn y_axis(panel: &Panel, figure: &Figure) -> Axis {
-    let ticks = (f64::from(figure.panel_height_px) / 40.0) as usize;
-    Axis::over(y_values(panel), panel.y_range, panel.y_log, 0.05, ticks.clamp(2, 9))
+    let ticks = (f64::from(figure.panel_height_px) / 28.0) as usize;
+    Axis::over(y_values(panel), panel.y_range, panel.y_log, 0.05, ticks.clamp(2, 10))
 }
 
 fn x_axis(figure: &Figure, index: usize, width: f64) -> Axis {
@@ -54,7 +55,7 @@ fn x_axis(figure: &Figure, index: usize, width: f64) -> Axis {
     let layers = || panels().flat_map(|panel| &panel.layers);
     let pad = if layers().any(has_points) || !layers().any(is_line) { 0.03 } else { 0.0 };
     let axis =
-        Axis::over(panels().flat_map(x_values), wanted, log, pad, ((width / 90.0) as usize).clamp(2, 12));
+        Axis::over(panels().flat_map(x_values), wanted, log, pad, ((width / 60.0) as usize).clamp(2, 12));
     let names: &[_] = figure.panels.get(index).map_or(&[], |panel| &panel.x_names);
     axis.named(names)
 }

@@ -15,6 +15,8 @@ const STRIP_HEIGHT: f64 = 20.0;
 const TICKS_HEIGHT: f64 = 22.0;
 const LABEL_HEIGHT: f64 = 20.0;
 const BETWEEN: f64 = 12.0;
+/// The last x number reaches half its width beyond the axis.
+const RIGHT_ROOM: f64 = 18.0;
 const SMALLEST: f64 = 40.0;
 
 /// A rectangle: its left and upper edge, width and height.
@@ -57,8 +59,13 @@ pub(super) struct Sheet {
     pub places: Vec<Place>,
 }
 
+/// Width between the axes of the panels of one column.
+pub(super) fn frame_width(figure: &Figure, y_ticks: &[f64], column: usize) -> f64 {
+    (column_width(figure) - left_room(figure, y_ticks, column) - RIGHT_ROOM).max(SMALLEST)
+}
+
 /// Width of one column of panels with its labels.
-pub(super) fn column_width(figure: &Figure) -> f64 {
+fn column_width(figure: &Figure) -> f64 {
     (f64::from(figure.width_px) - 2.0 * MARGIN) / figure.columns.max(1) as f64
 }
 
@@ -79,13 +86,11 @@ pub(super) fn arrange(figure: &Figure, strips: &[usize], y_ticks: &[f64]) -> She
             let column = index - from;
             let left_edge = MARGIN + column as f64 * column_width;
             let left = left_edge + left_room(figure, y_ticks, column);
-            // The last x number reaches half its width beyond the axis.
-            let right_room = 18.0;
             let x_axis = !figure.shared_x || index + columns >= figure.panels.len();
             let frame_top = top + most_strips as f64 * STRIP_HEIGHT + 6.0;
             let height =
                 (f64::from(figure.panel_height_px) - most_strips as f64 * STRIP_HEIGHT).max(SMALLEST);
-            let width = (left_edge + column_width - right_room - left).max(SMALLEST);
+            let width = frame_width(figure, y_ticks, column);
             let frame = Frame { left, top: frame_top, width, height };
             lowest = lowest.max(frame.bottom() + below(panel, x_axis));
             places.push(Place { frame, strips: most_strips, x_axis, y_label_x: left_edge + 8.0 });

@@ -33,7 +33,7 @@ fn entries(panel: &Panel, width: f64) -> Vec<Entry<'_>> {
     let title = if panel.title.is_empty() {
         0.0
     } else {
-        1.1 * text_width(&panel.title, PANEL_TITLE_PX) + 2.0 * BETWEEN_PX
+        1.1 * text_width(&panel.title, PANEL_TITLE_PX) + BETWEEN_PX
     };
     let (mut x, mut strip) = (title, 0);
     let mut entries: Vec<Entry> = Vec::new();

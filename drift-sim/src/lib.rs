@@ -4,5 +4,7 @@
 
 pub mod error;
 pub mod output;
+pub mod plot;
+pub mod recording;
 
 pub use error::{Error, Result};

@@ -1,6 +1,11 @@
 //! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
 #![forbid(unsafe_code)]
 
+#[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
+mod progress;
+#[allow(dead_code, reason = "flattened into the commands that read recordings")]
+mod recording_arguments;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};

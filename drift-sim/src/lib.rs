@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod error;
+pub mod monitor;
 pub mod output;
 pub mod plot;
 pub mod recording;

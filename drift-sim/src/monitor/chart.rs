@@ -1,0 +1,95 @@
+//! The chart of a run: reference and output, controller output, and each channel's standardised residual with its
+//! thresholds; events are shaded. What is drawn is thinned while the recording is read.
+
+use drift_core::Config;
+
+use super::events::{Event, EventKind};
+use super::run::Hop;
+use super::summary::Summary;
+use super::thinned::Thinned;
+use crate::plot::{Colour, Figure, Layer, Panel};
+
+/// Collects the signals of a run.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    config: Config<f32, 3>,
+    r: Thinned,
+    y: Thinned,
+    u: Thinned,
+    z: [Thinned; 3],
+}
+
+impl Chart {
+    /// Nothing yet.
+    pub fn new(config: &Config<f32, 3>) -> Self {
+        let new = Thinned::new;
+        Self { config: *config, r: new(), y: new(), u: new(), z: [new(), new(), new()] }
+    }
+
+    /// The next sample; NaN where there is none.
+    pub fn sample(&mut self, t_s: f64, r: f64, y: f64, u: f64) {
+        self.r.add(t_s, r);
+        self.y.add(t_s, y);
+        self.u.add(t_s, u);
+    }
+
+    /// The next decision.
+    pub fn hop(&mut self, hop: &Hop) {
+        for (z, channel) in self.z.iter_mut().zip(&hop.report.channels) {
+            z.add(hop.to_s, f64::from(channel.z));
+        }
+    }
+
+    /// Draws it.
+    pub fn figure(&self, summary: &Summary) -> Figure {
+        let end_s = summary.start_s + summary.duration_s();
+        let mut panels = vec![
+            panel(
+                "r, y",
+                vec![
+                    Layer::line("y", Colour::Blue, self.y.points()),
+                    Layer::dashed("r", Colour::Black, self.r.points()),
+                ],
+            ),
+            panel("u", vec![Layer::line("u", Colour::Green, self.u.points())]),
+        ];
+        for (z, channel) in self.z.iter().zip(&self.config.channels) {
+            let mut layers = vec![Layer::line(
+                format!("{} residual, sigmas", channel.kind.name()),
+                Colour::Purple,
+                z.points(),
+            )];
+            if let Some(limits) = channel.detectors.shewhart {
+                for (limit, name) in [(limits.upper, "Shewhart limits"), (limits.lower, "")] {
+                    layers.push(Layer::HorizontalLine {
+                        y: f64::from(limit),
+                        name: name.into(),
+                        colour: Colour::Vermilion,
+                        dashed: true,
+                    });
+                }
+            }
+            panels.push(panel(&format!("{} z", channel.kind.name()), layers));
+        }
+        for panel in &mut panels {
+            panel.layers.extend(summary.events.iter().map(|event| shade(event, end_s)));
+        }
+        if let Some(last) = panels.last_mut() {
+            last.x_label = "t / s".into();
+        }
+        Figure::stacked(summary.recording.clone(), panels)
+    }
+}
+
+fn panel(y_label: &str, layers: Vec<Layer>) -> Panel {
+    Panel { y_label: y_label.into(), layers, ..Panel::default() }
+}
+
+fn shade(event: &Event, end_s: f64) -> Layer {
+    let colour = match event.kind() {
+        EventKind::Disturbance => Colour::Yellow,
+        EventKind::Suspect => Colour::Orange,
+        EventKind::Drift => Colour::Vermilion,
+    };
+    Layer::Span { from: event.from_s(), to: event.to_s().unwrap_or(end_s), name: String::new(), colour }
+}

@@ -145,7 +145,6 @@ struct ChannelTrack {
 pub struct Events {
     baselines: [Baseline; 3],
     smallest_shift: f32,
-    hop_s: f64,
     tracks: [ChannelTrack; 3],
     open: Option<Event>,
     closed: Vec<Event>,
@@ -161,7 +160,6 @@ impl Events {
         Self {
             baselines: config.channels.each_ref().map(|c| c.baseline),
             smallest_shift: config.decision.smallest_shift,
-            hop_s: f64::from(config.hop_ticks()) * f64::from(config.sample_time_s),
             tracks: Default::default(),
             open: None,
             closed: Vec::new(),
@@ -200,25 +198,23 @@ impl Events {
             }
         }
         self.continue_course(i, channel, hop);
-        let new_part_s = hop.to_s - self.hop_s;
         if let Some(track) = self.tracks.get_mut(i) {
             let (cusum, sprt) = (channel.detectors.cusum, channel.detectors.sprt);
             if channel.alarms.cusum.is_some() {
                 track.cusum = Rise::default();
             } else {
-                track.cusum.follow(cusum.high, cusum.low, new_part_s);
+                track.cusum.follow(cusum.high, cusum.low, hop.new_from_s);
             }
-            track.sprt.follow(sprt.high, sprt.low, new_part_s);
+            track.sprt.follow(sprt.high, sprt.low, hop.new_from_s);
         }
     }
 
     fn begin(&self, i: usize, channel: &ChannelReport, side: Side, hop: &Hop) -> Course {
-        let new_part_s = hop.to_s - self.hop_s;
         let track = self.tracks.get(i).cloned().unwrap_or_default();
         let Alarms { shewhart, cusum, sprt } = channel.alarms;
         // The slow detectors saw it coming; the instant one sees the newest window only.
         let rises =
-            [cusum.and_then(|s| track.cusum.of(s)), sprt.and_then(|s| track.sprt.of(s)), Some(new_part_s)];
+            [cusum.and_then(|s| track.cusum.of(s)), sprt.and_then(|s| track.sprt.of(s)), Some(hop.new_from_s)];
         let raised =
             [(Raised::Shewhart, shewhart), (Raised::Cusum, cusum), (Raised::Sprt, sprt)];
         Course {

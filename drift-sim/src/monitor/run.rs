@@ -22,6 +22,8 @@ const SAMPLE_TIME_TOLERANCE: f64 = 1e-3;
 pub struct Hop {
     /// Beginning of the window, s on the recording's clock.
     pub from_s: f64,
+    /// Beginning of the part that the decision before did not see, s; `from_s` where windows don't overlap.
+    pub new_from_s: f64,
     /// Its end, s: the moment of the decision.
     pub to_s: f64,
     /// What the monitor said.
@@ -34,6 +36,7 @@ pub struct Runner<'c> {
     monitor: FullMonitor<'c, f32, CAPACITY_BLOCKS>,
     sample_time_s: f64,
     window_s: f64,
+    hop_s: f64,
 }
 
 impl<'c> Runner<'c> {
@@ -49,7 +52,9 @@ impl<'c> Runner<'c> {
             let what = format!("sampled every {sample_time_s} s, but the baseline was learnt at {expected} s");
             return Err(Error::new(what).allowed("a recording at that sample time, or --resample"));
         }
-        Ok(Self { monitor, sample_time_s, window_s: f64::from(config.window_ticks()) * sample_time_s })
+        let seconds = |ticks: u32| f64::from(ticks) * sample_time_s;
+        let (window_s, hop_s) = (seconds(config.window_ticks()), seconds(config.hop_ticks()));
+        Ok(Self { monitor, sample_time_s, window_s, hop_s })
     }
 
     /// One sample, taken at `t_s`. `Some` once per hop, from the first full window on.
@@ -60,7 +65,7 @@ impl<'c> Runner<'c> {
             other => self.monitor.tick_input(other),
         }?;
         let to_s = t_s + self.sample_time_s;
-        Some(Hop { from_s: to_s - self.window_s, to_s, report })
+        Some(Hop { from_s: to_s - self.window_s, new_from_s: to_s - self.hop_s, to_s, report })
     }
 }
 

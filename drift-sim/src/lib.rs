@@ -2,6 +2,7 @@
 //! others, and reproduces the paper that the method comes from.
 #![forbid(unsafe_code)]
 
+pub mod baseline_file;
 pub mod error;
 pub mod monitor;
 pub mod output;

@@ -1,13 +1,15 @@
 //! The monitor over recordings, on loops whose truth is written down: a loop that holds y = 10 with u = 2 and some
 //! deterministic scatter, with a step in u where a test wants one. Baselines are stated, not learnt.
+#![allow(clippy::unwrap_used)]
 
 use std::io::Cursor;
 
 use drift_core::{
-    Baseline, Channel, ChannelKind, Config, Cusum, Decision, Detectors, FullMonitor, Index, Input, Shewhart, Side,
+    Baseline, Channel, ChannelKind, Config, Cusum, Decision, Detectors, Index, Input, Shewhart, Side,
 };
+use drift_sim::baseline_file::{HostMonitor, Promise};
 use drift_sim::monitor::{
-    CAPACITY_BLOCKS, Chart, EventKind, FailOn, Outputs, Raised, Runner, Stopped, Summary, screen, watch,
+    Chart, EventKind, FailOn, Outputs, Raised, Runner, Stopped, Summary, screen, watch,
 };
 use drift_sim::recording::{ReadOptions, RecordingStream};
 
@@ -38,7 +40,8 @@ fn recording(seconds: usize, step: impl Fn(f64) -> f64) -> String {
     let mut csv = String::from("t,r,y,u\n");
     for i in 0..seconds * 10 {
         let t = i as f64 / 10.0;
-        csv += &format!("{t:.1},10,{:.4},{:.4}\n", 10.0 + 0.1 * scatter(i), 2.0 + 0.05 * scatter(i) + step(t));
+        csv +=
+            &format!("{t:.1},10,{:.4},{:.4}\n", 10.0 + 0.1 * scatter(i), 2.0 + 0.05 * scatter(i) + step(t));
     }
     csv
 }
@@ -62,8 +65,8 @@ fn a_healthy_recording_has_no_event() {
     assert_eq!((summary.hops, summary.valid_hops, summary.samples()), (100, 100, 5000));
     assert!(summary.events.is_empty() && summary.worst.is_none());
     assert!(!summary.reaches(FailOn::Disturbance));
-    assert!(screen(&summary).contains("HEALTHY"));
-    assert!(screen(&summary).contains("no baseline"), "the unlearnt channel is named as such");
+    assert!(screen(&summary, None).contains("HEALTHY"));
+    assert!(screen(&summary, None).contains("no baseline"), "the unlearnt channel is named as such");
 }
 
 #[test]
@@ -73,7 +76,8 @@ fn a_load_that_comes_and_goes_is_a_disturbance_with_its_times() {
     assert_eq!(event.kind(), EventKind::Disturbance);
     assert_eq!(event.courses[0].kind, ChannelKind::Effort);
     assert_eq!(event.courses[0].side, Side::High);
-    for (found, truth) in [(event.from_s(), 200.0), (event.alarm_s(), 205.0), (event.to_s().unwrap(), 230.0)] {
+    for (found, truth) in [(event.from_s(), 200.0), (event.alarm_s(), 205.0), (event.to_s().unwrap(), 230.0)]
+    {
         assert!((found - truth).abs() < 1e-9, "{event:?}");
     }
     assert!(event.courses[0].detectors.contains(&Raised::Shewhart));
@@ -88,10 +92,12 @@ fn what_stays_is_a_drift_and_the_curve_before_and_after_is_told() {
     assert_eq!((event.kind(), event.to_s()), (EventKind::Drift, None));
     let curve = event.courses[0].fault_curve.unwrap();
     assert!((curve.shift - 0.2).abs() < 1e-3, "{curve:?}");
-    let text = screen(&summary);
+    let text = screen(&summary, None);
     assert!(text.contains("DRIFT since about 200 s, effort high"), "{text}");
     assert!(text.contains("more effort to hold y"), "{text}");
     assert!(summary.reaches(FailOn::Drift));
+    let promise = Promise { false_alarm_every_h: 24.0, decisions: 17_280.0, confidence: 0.9 };
+    assert!(screen(&summary, Some(&promise)).contains("one false alarm in 24 h"));
 }
 
 #[test]
@@ -144,7 +150,7 @@ fn missing_and_manual_samples_enter_no_sum_and_are_counted() {
     assert_eq!((summary.excluded.missing, summary.excluded.manual), (20, 100));
     assert!(summary.events.is_empty(), "{:?}", summary.events);
     assert_eq!(summary.hops - summary.valid_hops, 2);
-    let text = screen(&summary);
+    let text = screen(&summary, None);
     assert!(text.contains("left out: 20 missing, 100 in manual"), "{text}");
 }
 
@@ -153,7 +159,10 @@ fn another_sample_time_is_refused_in_one_line() {
     let csv = recording(100, |_| 0.0);
     let config = Config { sample_time_s: 0.2, ..config(20) };
     let error = run_with(csv, &config, &ReadOptions::default()).unwrap_err();
-    assert!(error.starts_with("loop.csv: sampled every 0.1 s, but the baseline was learnt at 0.2"), "{error}");
+    assert!(
+        error.starts_with("loop.csv: sampled every 0.1 s, but the baseline was learnt at 0.2"),
+        "{error}"
+    );
 }
 
 /// Against a monitor of the core driven by hand: the same reports, and the windows' ends on the recording's clock.
@@ -165,7 +174,7 @@ fn reports_are_the_cores_own() {
         RecordingStream::from_reader("loop.csv", Cursor::new(csv.clone()), &ReadOptions::default()).unwrap();
     let mut json = Vec::new();
     watch(&mut stream, &config, Outputs { json: Some(&mut json), ..Outputs::default() }).unwrap();
-    let mut monitor = FullMonitor::<f32, CAPACITY_BLOCKS>::new(&config).unwrap();
+    let mut monitor = HostMonitor::new(&config).unwrap();
     let mut lines = std::str::from_utf8(&json).unwrap().lines();
     let mut decisions = 0;
     for (i, row) in csv.lines().skip(1).enumerate() {
@@ -214,9 +223,8 @@ fn the_monitor_keeps_up_with_twenty_million_samples_a_second() {
     const SAMPLES: usize = 40_000_000;
     let config = config(20);
     // A short stretch over and over: in the cache, so that the memory is not what is timed.
-    let samples: Vec<(f32, f32, f32)> = (0..5000)
-        .map(|i| (10.0, 10.0 + 0.1 * scatter(i) as f32, 2.0 + 0.05 * scatter(i) as f32))
-        .collect();
+    let samples: Vec<(f32, f32, f32)> =
+        (0..5000).map(|i| (10.0, 10.0 + 0.1 * scatter(i) as f32, 2.0 + 0.05 * scatter(i) as f32)).collect();
     let mut runner = Runner::new(&config, 0.1).unwrap();
     let mut hops = 0;
     let begin = std::time::Instant::now();
@@ -226,5 +234,5 @@ fn the_monitor_keeps_up_with_twenty_million_samples_a_second() {
     let rate = SAMPLES as f64 / begin.elapsed().as_secs_f64();
     println!("{:.1} million samples/s, {hops} decisions", rate / 1e6);
     assert_eq!(hops, SAMPLES / 50);
-    assert!(rate > if cfg!(debug_assertions) { 1e5 } else { 5e6 }, "{rate} samples/s");
+    assert!(rate > if cfg!(debug_assertions) { 1e5 } else { 2e7 }, "{rate} samples/s");
 }

@@ -189,8 +189,7 @@ impl Events {
             && let Some(side) = channel.side.or(channel.alarms.side())
         {
             let course = self.begin(i, channel, side, hop);
-            let event =
-                self.open.get_or_insert(Event { courses: Vec::new(), location: hop.report.location });
+            let event = self.open.get_or_insert(Event { courses: Vec::new(), location: hop.report.location });
             event.courses.push(course);
             let place = event.courses.len() - 1;
             if let Some(track) = self.tracks.get_mut(i) {
@@ -213,10 +212,12 @@ impl Events {
         let track = self.tracks.get(i).cloned().unwrap_or_default();
         let Alarms { shewhart, cusum, sprt } = channel.alarms;
         // The slow detectors saw it coming; the instant one sees the newest window only.
-        let rises =
-            [cusum.and_then(|s| track.cusum.of(s)), sprt.and_then(|s| track.sprt.of(s)), Some(hop.new_from_s)];
-        let raised =
-            [(Raised::Shewhart, shewhart), (Raised::Cusum, cusum), (Raised::Sprt, sprt)];
+        let rises = [
+            cusum.and_then(|s| track.cusum.of(s)),
+            sprt.and_then(|s| track.sprt.of(s)),
+            Some(hop.new_from_s),
+        ];
+        let raised = [(Raised::Shewhart, shewhart), (Raised::Cusum, cusum), (Raised::Sprt, sprt)];
         Course {
             kind: channel.kind,
             side,
@@ -234,8 +235,7 @@ impl Events {
 
     fn continue_course(&mut self, i: usize, channel: &ChannelReport, hop: &Hop) {
         let Some(track) = self.tracks.get_mut(i) else { return };
-        let Some(course) =
-            track.open.and_then(|at| self.open.as_mut().and_then(|e| e.courses.get_mut(at)))
+        let Some(course) = track.open.and_then(|at| self.open.as_mut().and_then(|e| e.courses.get_mut(at)))
         else {
             return;
         };

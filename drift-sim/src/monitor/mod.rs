@@ -18,6 +18,6 @@ mod thinned;
 pub use chart::Chart;
 pub use events::{Course, Event, EventKind, Events, Raised};
 pub use json_lines::{SCHEMA, write_hop, write_summary};
-pub use run::{CAPACITY_BLOCKS, Hop, Outputs, Runner, Stopped, watch};
+pub use run::{Hop, Outputs, Runner, Stopped, watch};
 pub use screen::screen;
 pub use summary::{ChannelSummary, ExcludedTotal, FailOn, Summary};

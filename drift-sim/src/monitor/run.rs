@@ -3,16 +3,14 @@
 
 use std::io::{self, Write};
 
-use drift_core::{Config, FullMonitor, Input, Report};
+use drift_core::{Config, Input, Report};
 
 use super::chart::Chart;
 use super::json_lines;
 use super::summary::{Summary, Tally};
+use crate::baseline_file::HostMonitor;
 use crate::recording::{RecordingStream, RowState};
 use crate::{Error, Result};
-
-/// Most blocks per window of the monitor that runs here.
-pub const CAPACITY_BLOCKS: usize = 64;
 
 /// Sample times that differ by more than this fraction are different ones: the indices scale with it.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-3;
@@ -33,7 +31,7 @@ pub struct Hop {
 /// The monitor and its clock.
 #[derive(Debug, Clone)]
 pub struct Runner<'c> {
-    monitor: FullMonitor<'c, f32, CAPACITY_BLOCKS>,
+    monitor: HostMonitor<'c>,
     sample_time_s: f64,
     window_s: f64,
     hop_s: f64,
@@ -45,11 +43,12 @@ impl<'c> Runner<'c> {
     /// # Errors
     /// The configuration is impossible, or made for another sample time.
     pub fn new(config: &'c Config<f32, 3>, sample_time_s: f64) -> Result<Self> {
-        let monitor = FullMonitor::new(config)
-            .map_err(|e| Error::new(format!("the baseline can't be used: {e}")))?;
+        let monitor =
+            HostMonitor::new(config).map_err(|e| Error::new(format!("the baseline can't be used: {e}")))?;
         let expected = f64::from(config.sample_time_s);
         if (sample_time_s - expected).abs() > SAMPLE_TIME_TOLERANCE * expected {
-            let what = format!("sampled every {sample_time_s} s, but the baseline was learnt at {expected} s");
+            let what =
+                format!("sampled every {sample_time_s} s, but the baseline was learnt at {expected} s");
             return Err(Error::new(what).allowed("a recording at that sample time, or --resample"));
         }
         let seconds = |ticks: u32| f64::from(ticks) * sample_time_s;
@@ -129,9 +128,7 @@ pub fn watch(
             chart.sample(sample.t_s, sample.r, sample.y, sample.u);
         }
         let input = match sample.state {
-            RowState::Valid => {
-                Input::Sample { r: sample.r as f32, y: sample.y as f32, u: sample.u as f32 }
-            }
+            RowState::Valid => Input::Sample { r: sample.r as f32, y: sample.y as f32, u: sample.u as f32 },
             RowState::Missing => Input::Missing,
             RowState::Manual => Input::Manual,
         };

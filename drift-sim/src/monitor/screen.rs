@@ -6,19 +6,20 @@ use drift_core::{ChannelKind, Location, Side};
 
 use super::events::{Course, Event, EventKind, Raised};
 use super::summary::{ChannelSummary, Summary};
+use crate::baseline_file::Promise;
 
 /// Events that fit on the screen.
 const SHOWN: usize = 12;
 
-/// The summary as lines of plain text.
-pub fn screen(summary: &Summary) -> String {
+/// The summary as lines of plain text, without colour; with what the thresholds promise, where that is known.
+pub fn screen(summary: &Summary, promise: Option<&Promise>) -> String {
     let mut text = String::new();
     // Writing to a String can't fail.
-    let _ = write_screen(&mut text, summary);
+    let _ = write_screen(&mut text, summary, promise);
     text
 }
 
-fn write_screen(out: &mut String, summary: &Summary) -> std::fmt::Result {
+fn write_screen(out: &mut String, summary: &Summary, promise: Option<&Promise>) -> std::fmt::Result {
     writeln!(
         out,
         "{}: {} at {} s, from {} s; window {} s, {} decisions",
@@ -31,6 +32,15 @@ fn write_screen(out: &mut String, summary: &Summary) -> std::fmt::Result {
     )?;
     writeln!(out, "{}", summary.quality)?;
     write_excluded(out, summary)?;
+    if let Some(promise) = promise {
+        writeln!(
+            out,
+            "thresholds: one false alarm in {} h on average, kept by {} % of calibrations like this one; {} h were watched",
+            short(promise.false_alarm_every_h),
+            short(100.0 * promise.confidence),
+            short(summary.duration_s() / 3600.0)
+        )?;
+    }
     writeln!(out, "\n{}\n", verdict(summary))?;
     write_channels(out, &summary.channels)?;
     write_events(out, summary)
@@ -62,7 +72,7 @@ fn write_excluded(out: &mut String, summary: &Summary) -> std::fmt::Result {
 
 fn verdict(summary: &Summary) -> String {
     let open = summary.events.iter().find(|e| e.to_s().is_none());
-    let drifts = summary.events.iter().filter(|e| e.kind() == EventKind::Drift);
+    let mut drifts = summary.events.iter().rev().filter(|e| e.kind() == EventKind::Drift);
     let passed = summary.events.len() as u64 + summary.more_events;
     match (summary.worst, open) {
         (None, _) if summary.channels.iter().all(|c| !c.learned) => {
@@ -75,7 +85,7 @@ fn verdict(summary: &Summary) -> String {
         (Some(EventKind::Drift), Some(event)) if event.kind() == EventKind::Drift => {
             format!("DRIFT since about {} s, {}. {}", short(event.from_s()), sides(event), meaning(event))
         }
-        (Some(EventKind::Drift), _) => match drifts.last() {
+        (Some(EventKind::Drift), _) => match drifts.next() {
             Some(event) => format!(
                 "DRIFT that ended: from about {} s to {} s, {}. {}",
                 short(event.from_s()),
@@ -118,7 +128,9 @@ fn meaning(event: &Event) -> &'static str {
             "The controller works differently for the same reference: changed dynamics, gain or noise."
         }
         (Location::Tracking, _) => "The loop tracks differently for the energy that it spends.",
-        (Location::Several, _) => "Several channels are away: the loop's operating point and its dynamics changed together.",
+        (Location::Several, _) => {
+            "Several channels are away: the loop's operating point and its dynamics changed together."
+        }
         (Location::Nowhere, _) => "",
     }
 }
@@ -135,7 +147,11 @@ fn sides(event: &Event) -> String {
 }
 
 fn write_channels(out: &mut String, channels: &[ChannelSummary; 3]) -> std::fmt::Result {
-    writeln!(out, "{:<20} {:>7} {:>8} {:>8} {:>7}  verdict", "channel", "judged", "mean z", "max |z|", "alarms")?;
+    writeln!(
+        out,
+        "{:<20} {:>7} {:>8} {:>8} {:>7}  verdict",
+        "channel", "judged", "mean z", "max |z|", "alarms"
+    )?;
     for channel in channels {
         let verdict = match (channel.learned, channel.worst) {
             (false, _) => "no baseline",

@@ -1,6 +1,7 @@
 //! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
 #![forbid(unsafe_code)]
 
+mod monitor;
 #[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
 mod progress;
 #[allow(dead_code, reason = "flattened into the commands that read recordings")]
@@ -19,12 +20,16 @@ struct Arguments {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Monitor(monitor::Arguments),
+}
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let done: drift_sim::Result<ExitCode> = match arguments.command {};
+    let done: drift_sim::Result<ExitCode> = match arguments.command {
+        Command::Monitor(arguments) => monitor::run(arguments),
+    };
     match done {
         Ok(code) => code,
         Err(error) => {

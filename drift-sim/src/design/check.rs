@@ -46,5 +46,10 @@ pub(crate) fn probability(name: &str, value: f64) -> Result<()> {
 /// # Errors
 /// It is not a number within plus or minus [`LARGEST_SHIFT`].
 pub fn shift(shift: f64) -> Result<()> {
-    within("shift", shift, shift.abs() <= LARGEST_SHIFT, format!("-{LARGEST_SHIFT} to {LARGEST_SHIFT} sigmas"))
+    within(
+        "shift",
+        shift,
+        shift.abs() <= LARGEST_SHIFT,
+        format!("-{LARGEST_SHIFT} to {LARGEST_SHIFT} sigmas"),
+    )
 }

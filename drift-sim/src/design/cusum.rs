@@ -79,7 +79,8 @@ impl OneSided {
         RunLength::of_chain(&self.chain(mean, 1.0), self.start)
     }
 
-    /// Average run length in decisions when z's mean grows by `slope` sigmas a decision (`mean = n*slope` at decision n): Gan 1992.
+    /// Average run length in decisions when z's mean grows by `slope` sigmas a decision (`mean = (n - 1)*slope` at
+    /// decision n): Gan 1992.
     ///
     /// # Errors
     /// `slope` is not within [`super::SMALLEST_SLOPE`]..=[`super::LARGEST_SLOPE`].
@@ -93,8 +94,12 @@ impl OneSided {
             .discretise()
     }
 
-    fn without_head_start(self) -> Self {
-        Self { start: 0.0, ..self }
+    /// The distribution with the head start, and without.
+    fn both_run_lengths(&self, mean: f64) -> (RunLength, RunLength) {
+        let with = self.run_length(mean);
+        let without =
+            if self.start > 0.0 { Self { start: 0.0, ..*self }.run_length(mean) } else { with.clone() };
+        (with, without)
     }
 
     /// The threshold that gives a one-sided CUSUM the wanted in-control run length, with the head start included.
@@ -122,8 +127,11 @@ impl Cusum {
     /// The sides differ so much, `|h_up - h_down| > k_up + k_down`, that the renewal argument fails.
     pub fn asymmetric(up: OneSided, down: OneSided) -> Result<Self> {
         if (up.h - down.h).abs() > up.k + down.k {
-            return Err(Error::new(format!("the sides' thresholds {} and {} are too far apart", up.h, down.h))
-                .allowed(format!("a difference of up to k_up + k_down = {}", up.k + down.k)));
+            return Err(Error::new(format!(
+                "the sides' thresholds {} and {} are too far apart",
+                up.h, down.h
+            ))
+            .allowed(format!("a difference of up to k_up + k_down = {}", up.k + down.k)));
         }
         Ok(Self { up, down })
     }
@@ -169,10 +177,11 @@ impl Cusum {
 
     /// The whole distribution of the run length when z is N(`mean`, 1).
     pub fn run_length(&self, mean: f64) -> RunLength {
-        RunLength::of_two_sides(
-            (self.up.run_length(mean), self.up.without_head_start().run_length(mean)),
-            (self.down.run_length(-mean), self.down.without_head_start().run_length(-mean)),
-        )
+        let up = self.up.both_run_lengths(mean);
+        // The mirror image of the same chart on the same law needs no second run.
+        let mirrored = mean == 0.0 && self.up == self.down;
+        let down = if mirrored { up.clone() } else { self.down.both_run_lengths(-mean) };
+        RunLength::of_two_sides(&up, &down)
     }
 }
 

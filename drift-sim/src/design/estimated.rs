@@ -109,8 +109,11 @@ impl EstimatedBaseline {
         let mut enough = certain.up().h();
         while misses(enough) > 0.0 {
             if enough >= cusum::LARGEST_H {
-                return Err(Error::new(format!("arl0 {arl0} can't be promised with {} windows", self.windows))
-                    .allowed("more windows, a larger k, a smaller arl0 or less confidence"));
+                return Err(Error::new(format!(
+                    "arl0 {arl0} can't be promised with {} windows",
+                    self.windows
+                ))
+                .allowed("more windows, a larger k, a smaller arl0 or less confidence"));
             }
             enough = f64::min(1.5 * enough, cusum::LARGEST_H);
         }

@@ -67,7 +67,11 @@ impl Step {
     fn inside(&self, level: f64) -> f64 {
         let reach = self.reach(level);
         let (from, to) = (self.vertex() - reach, self.vertex() + reach);
-        if from > 0.0 { normal::above(from) - normal::above(to) } else { normal::below(to) - normal::below(from) }
+        if from > 0.0 {
+            normal::above(from) - normal::above(to)
+        } else {
+            normal::below(to) - normal::below(from)
+        }
     }
 
     fn outside(&self, level: f64) -> f64 {

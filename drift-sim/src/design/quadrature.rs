@@ -61,8 +61,7 @@ mod tests {
     fn integrates_a_polynomial_of_degree_2n_minus_1_exactly() {
         for n in [1, 2, 5, 16, 32, 64] {
             let degree = 2 * n as i32 - 1;
-            let integral: f64 =
-                on(&gauss_legendre(n), 0.0, 1.0).map(|p| p.weight * p.at.powi(degree)).sum();
+            let integral: f64 = on(&gauss_legendre(n), 0.0, 1.0).map(|p| p.weight * p.at.powi(degree)).sum();
             assert!((integral * f64::from(degree + 1) - 1.0).abs() < 1e-13, "{n} points: {integral}");
         }
     }

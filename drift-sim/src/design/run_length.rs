@@ -8,12 +8,14 @@
 //! probabilities that the upper, lower side alarms first at n, and `f` those of each side alone,
 //! `f_up = a + b * g_up` and `f_down = b + a * g_down`, where * is convolution and g is f without head start. Solved for a and b term by term.
 
-use super::walk::Chain;
+use super::walk::{Band, Chain};
 
 /// The steps that are followed before the tail is taken as geometric, at most.
 const LONGEST_FOLLOWED: usize = 20_000;
 /// Multiplications that following one side may cost: bounds the time of a very wide chart.
 const LARGEST_WORK: usize = 2_000_000_000;
+/// A step of more standard deviations (probability 1e-32) is left out between nodes.
+const LONGEST_STEP: f64 = 12.0;
 /// The hazard has settled when it changes by less than this, relatively, a step.
 const SETTLED: f64 = 1e-13;
 
@@ -36,9 +38,9 @@ impl RunLength {
 
     /// One side from the starting value `start`.
     pub(crate) fn of_chain(chain: &Chain, start: f64) -> Self {
-        let nodes = chain.nodes.len();
-        let moves: Vec<Vec<f64>> = chain.moves_into_nodes();
-        let follow = LONGEST_FOLLOWED.min(LARGEST_WORK / (nodes * nodes)).max(1);
+        let moves = chain.moves_into_nodes(LONGEST_STEP);
+        let work: usize = moves.iter().map(Band::len).sum();
+        let follow = LONGEST_FOLLOWED.min(LARGEST_WORK / work.max(1)).max(1);
         let walk = chain.walk();
         let leaves: Vec<f64> = chain.nodes.iter().map(|n| walk.leaves_up(n.at)).collect();
         let falls: Vec<f64> = chain.nodes.iter().map(|n| walk.falls(n.at)).collect();
@@ -51,7 +53,7 @@ impl RunLength {
         while !builder.is_settled() && builder.len() < follow {
             builder.push(at_origin * walk.leaves_up(0.0) + dot(&mass, &leaves));
             let next: Vec<f64> =
-                moves.iter().zip(&from_origin).map(|(into, o)| at_origin * o + dot(into, &mass)).collect();
+                moves.iter().zip(&from_origin).map(|(into, o)| at_origin * o + into.dot(&mass)).collect();
             at_origin = at_origin * walk.falls(0.0) + dot(&mass, &falls);
             mass = next;
         }
@@ -59,7 +61,7 @@ impl RunLength {
     }
 
     /// Two sides, each given (with its head start, without).
-    pub(crate) fn of_two_sides(up: (Self, Self), down: (Self, Self)) -> Self {
+    pub(crate) fn of_two_sides(up: &(Self, Self), down: &(Self, Self)) -> Self {
         let mut up_ends = [up.0.pmf(), up.1.pmf()];
         let mut down_ends = [down.0.pmf(), down.1.pmf()];
         let (mut g_up, mut g_down) = (Vec::new(), Vec::new());

@@ -75,7 +75,7 @@ impl Shewhart {
         RunLength::geometric(self.alarm_probability(mean, 1.0))
     }
 
-    /// Average run length in decisions when z's mean grows by `slope` sigmas a decision.
+    /// Average run length in decisions when z's mean grows by `slope` sigmas a decision, from 0 at the first.
     ///
     /// # Errors
     /// `slope` is not within [`super::SMALLEST_SLOPE`]..=[`super::LARGEST_SLOPE`].
@@ -84,8 +84,8 @@ impl Shewhart {
         let (mut average, mut surviving, mut n) = (0.0, 1.0, 0.0);
         while surviving > 1e-17 * average {
             average += surviving;
-            n += 1.0;
             surviving *= 1.0 - self.alarm_probability(n * slope, 1.0).min(1.0);
+            n += 1.0;
         }
         Ok(average)
     }

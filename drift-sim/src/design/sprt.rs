@@ -160,8 +160,10 @@ impl Sprt {
         const SMALLEST: f64 = 1e-6;
         let least = at(SMALLEST);
         if least >= arl0 {
-            return Err(Error::new(format!("arl0 {arl0} is less than this test gives without any threshold"))
-                .allowed(format!("above {least:.4}")));
+            return Err(Error::new(format!(
+                "arl0 {arl0} is less than this test gives without any threshold"
+            ))
+            .allowed(format!("above {least:.4}")));
         }
         let mut enough = 1.0;
         while at(enough) < arl0 {

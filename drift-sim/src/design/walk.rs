@@ -36,6 +36,23 @@ pub(crate) struct Chain {
     pub nodes: Vec<Node>,
 }
 
+/// The part of a row of weights that isn't nothing.
+#[derive(Debug, Clone)]
+pub(crate) struct Band {
+    first: usize,
+    weights: Vec<f64>,
+}
+
+impl Band {
+    pub(crate) fn dot(&self, mass: &[f64]) -> f64 {
+        self.weights.iter().zip(mass.iter().skip(self.first)).map(|(w, m)| w * m).sum()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.weights.len()
+    }
+}
+
 /// A solved expectation, which can be evaluated at any start.
 pub(crate) struct Expectation<'a> {
     chain: &'a Chain,
@@ -77,8 +94,7 @@ impl Chain {
     }
 
     fn expected(&self, cost: impl Fn(f64) -> f64) -> Expectation<'_> {
-        let states: Vec<f64> =
-            std::iter::once(0.0).chain(self.nodes.iter().map(|n| n.at)).collect();
+        let states: Vec<f64> = std::iter::once(0.0).chain(self.nodes.iter().map(|n| n.at)).collect();
         let mut costs: Vec<f64> = states.iter().map(|&s| cost(s)).collect();
         let (mut exits, mut rows) = (Vec::new(), Vec::new());
         for &s in &states {
@@ -102,13 +118,15 @@ impl Chain {
         Self { walk, nodes: self.nodes.clone() }
     }
 
-    /// For each node, what moves into it from each node.
-    pub(crate) fn moves_into_nodes(&self) -> Vec<Vec<f64>> {
-        let mean = self.walk.mean;
-        let from = |to: &Node| {
-            self.nodes.iter().map(|n| to.weight * normal::density(to.at - n.at - mean)).collect()
+    /// For each node, what moves into it from the nodes that are at most `reach` from where such a step comes from.
+    pub(crate) fn moves_into_nodes(&self, reach: f64) -> Vec<Band> {
+        let into = |to: &Node| {
+            let from = to.at - self.walk.mean;
+            let first = self.nodes.partition_point(|n| n.at < from - reach);
+            let near = self.nodes.iter().skip(first).take_while(|n| n.at <= from + reach);
+            Band { first, weights: near.map(|n| to.weight * normal::density(from - n.at)).collect() }
         };
-        self.nodes.iter().map(from).collect()
+        self.nodes.iter().map(into).collect()
     }
 
     /// Probability weight of a step from `s` to each node.
@@ -121,8 +139,7 @@ impl Chain {
 impl Expectation<'_> {
     /// The expectation from state `s`, whose own cost is `cost`: the integral equation, read off.
     pub(crate) fn from(&self, s: f64, cost: f64) -> f64 {
-        let restart =
-            if self.chain.walk.restarts { self.chain.walk.falls(s) * self.at_origin } else { 0.0 };
+        let restart = if self.chain.walk.restarts { self.chain.walk.falls(s) * self.at_origin } else { 0.0 };
         let inside: f64 = self.chain.moves(s).zip(&self.at_nodes).map(|(p, v)| p * v).sum();
         cost + restart + inside
     }
@@ -175,7 +192,10 @@ mod tests {
             for mean in [-1.5, -0.5, -0.05, 0.0, 0.5, 4.0] {
                 let coarse = cusum(h, mean).discretise().steps().at_origin();
                 let fine = cusum(h, mean).discretise_with(2 * NODES).steps().at_origin();
-                assert!(coarse.is_finite() && (coarse / fine - 1.0).abs() < 1e-12, "{h} {mean}: {coarse} {fine}");
+                assert!(
+                    coarse.is_finite() && (coarse / fine - 1.0).abs() < 1e-12,
+                    "{h} {mean}: {coarse} {fine}"
+                );
             }
         }
     }

@@ -57,7 +57,7 @@ mod tests {
         let chain = walk.discretise();
         let mass: Vec<f64> = chain.nodes.iter().map(|n| n.weight * normal::density(n.at - 1.0)).collect();
         for mu in [0.001, 0.7, 9.0] {
-            let fast = stepped(&chain, &chain.moves_into_nodes(), &mass, mu);
+            let fast = stepped(&chain, &chain.moves_into_nodes(f64::INFINITY), &mass, mu);
             let plain = chain.at(Walk { mean: walk.mean + mu, ..walk }).moves_into_nodes(f64::INFINITY);
             for (fast, into) in fast.iter().zip(&plain) {
                 let plain = into.dot(&mass);

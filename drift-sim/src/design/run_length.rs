@@ -159,10 +159,16 @@ impl Builder {
     }
 
     fn is_settled(&self) -> bool {
-        self.settled_for >= 5 || self.survives.last().is_some_and(|&p| p < 1e-17)
+        self.settled_for >= 5 || self.is_over()
+    }
+
+    /// What is left is the rounding error of what ended: its hazard means nothing, the next decision takes it.
+    fn is_over(&self) -> bool {
+        self.survives.last().is_some_and(|&p| p < 1e-14)
     }
 
     fn finish(self) -> RunLength {
-        RunLength { ends: self.ends, survives: self.survives, hazard: self.hazard }
+        let hazard = if self.is_over() { 1.0 } else { self.hazard };
+        RunLength { ends: self.ends, survives: self.survives, hazard }
     }
 }

@@ -36,7 +36,7 @@ impl EstimatedBaseline {
     /// Mean and sigma from `windows` independent windows.
     ///
     /// # Errors
-    /// Fewer than 20 windows or more than 1e7.
+    /// Fewer than 25 windows or more than 1e7.
     pub fn independent(windows: f64) -> Result<Self> {
         Self::new(windows, windows - 1.0)
     }
@@ -45,17 +45,17 @@ impl EstimatedBaseline {
     /// `m (1 - rho)/(1 + rho)` for the mean and `m (1 - rho^2)/(1 + rho^2)` for the sigma.
     ///
     /// # Errors
-    /// `rho` is not between -1 and 1; effectively fewer than 20 windows or more than 1e7.
+    /// `rho` is not between -1 and 1; effectively fewer than 25 windows or more than 1e7.
     pub fn autocorrelated(windows: f64, rho: f64) -> Result<Self> {
         let for_mean = windows / super::siegmund::omega_squared(rho)?;
         Self::new(for_mean, windows * (1.0 - rho * rho) / (1.0 + rho * rho) - 1.0)
     }
 
     fn new(windows: f64, degrees_of_freedom: f64) -> Result<Self> {
-        if (20.0..=1e7).contains(&windows) && (19.0..=1e7).contains(&degrees_of_freedom) {
+        if (25.0..=1e7).contains(&windows) && (24.0..=1e7).contains(&degrees_of_freedom) {
             Ok(Self { windows, degrees_of_freedom })
         } else {
-            Err(Error::new(format!("the baseline has {windows} (effective) windows")).allowed("20 to 1e7"))
+            Err(Error::new(format!("the baseline has {windows} (effective) windows")).allowed("25 to 1e7"))
         }
     }
 

@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Watch for a rise only.
     #[arg(long)]
     one_sided: bool,
-    /// CUSUM: mean and sigma come from this many independent windows (20 to 1e7); the threshold then keeps --arl0 in a share
+    /// CUSUM: mean and sigma come from this many independent windows (25 to 1e7); the threshold then keeps --arl0 in a share
     /// --confidence of all commissionings.
     #[arg(long, value_name = "M")]
     windows: Option<f64>,

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod baseline_file;
+pub mod design;
 pub mod error;
 pub mod output;
 

@@ -235,7 +235,7 @@ fn resampling_interpolates_y_and_holds_r_and_u() {
 fn what_was_written_reads_back_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.csv");
-    let values = [0.1, -1e-300, f64::NAN, 1.0 / 3.0, 5e-324, f64::MAX, -0.0, 123456789.123456789];
+    let values = [0.1, -1e-300, f64::NAN, 1.0 / 3.0, 5e-324, f64::MAX, -0.0, 123_456_789.123_456_79];
     for (sample_time_s, start_s) in [(0.001, 0.0), (1.0 / 30.0, 5.0), (60.0, 1.7e9), (0.066, 0.3)] {
         let written = Recording {
             sample_time_s,

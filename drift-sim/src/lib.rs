@@ -6,5 +6,7 @@ pub mod baseline_file;
 pub mod design;
 pub mod error;
 pub mod output;
+pub mod plot;
+pub mod recording;
 
 pub use error::{Error, Result};

@@ -1,4 +1,5 @@
-//! A tank, by the classical Runge-Kutta rule in sub-steps (fourth order while the level stays off zero).
+//! A tank, by the classical Runge-Kutta rule in sub-steps (fourth order while the level stays off
+//! zero, where the root is singular: filling from empty is good to about 1e-3 of the level reached in a sample).
 
 use crate::physics::Motion;
 use crate::plant::Tank;

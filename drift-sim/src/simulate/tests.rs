@@ -332,6 +332,22 @@ fn a_start_from_equilibrium_stays_there() {
     }
 }
 
+/// A run from rest that begins with a reference's step is reproduced from its own first samples.
+#[test]
+fn a_recording_gives_back_its_own_start() {
+    let reference = Reference::paper(3).take_samples(500);
+    let mut model = around(heater(2.3), 0.5);
+    model.controller = Controller::Pi(Pi { kp: 2.0, ki: 0.1, limits: Limits::NONE, anti_windup: true });
+    for model in [Loop::paper(), model] {
+        let first = simulate(&model, &reference, &[], 0, None).unwrap();
+        let start = Start::from_recording(&model, &reference, &first.y, &first.u);
+        let again = simulate(&model, &reference, &[], 0, Some(&start)).unwrap();
+        for (a, b) in first.u.iter().zip(&again.u) {
+            near(*a, *b, 1e-6);
+        }
+    }
+}
+
 #[test]
 fn measured_inputs_enter_where_they_are_said_to() {
     let mut model = around(heater(0.0), 1.0);

@@ -4,9 +4,16 @@
 
 pub mod baseline_file;
 pub mod design;
+pub mod control_loop;
+pub mod controller;
 pub mod error;
+pub mod loop_file;
 pub mod output;
 pub mod plot;
 pub mod recording;
+pub mod physics;
+pub mod plant;
+pub mod reference;
+pub mod simulate;
 
 pub use error::{Error, Result};

@@ -31,8 +31,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
         Command::Design(arguments) => design::run(arguments),
-    let done: drift_sim::Result<ExitCode> = match &arguments.command {
-        Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
     };
     match done {
         Ok(code) => code,

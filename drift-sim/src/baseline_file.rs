@@ -292,8 +292,10 @@ fn parse(text: &str) -> Result<BaselineFile> {
     })?;
     for (entry, table) in file.channels.iter().zip(document.channels.get_ref()) {
         file.config_of([entry.channel]).validate::<Full>(CAPACITY).map_err(|e| {
-            let line = line_of_key(text, table.span().start, "baseline");
-            Error::new(format!("channel {}: {e}", entry.channel.kind.name()))
+            let message = e.to_string();
+            let key = if message.contains("detectors") { "detectors" } else { "baseline" };
+            let line = line_of_key(text, table.span().start, key);
+            Error::new(format!("channel {}: {message}", entry.channel.kind.name()))
                 .allowed("finite numbers, sigma >= 0, x_min <= x_max, thresholds beyond 0 on their side")
                 .at_line(line)
         })?;

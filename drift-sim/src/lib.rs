@@ -3,10 +3,18 @@
 #![forbid(unsafe_code)]
 
 pub mod baseline_file;
+pub mod control_loop;
+pub mod controller;
+pub mod design;
 pub mod error;
+pub mod loop_file;
 pub mod monitor;
 pub mod output;
+pub mod physics;
+pub mod plant;
 pub mod plot;
 pub mod recording;
+pub mod reference;
+pub mod simulate;
 
 pub use error::{Error, Result};

@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, Read};
 
 use ::csv::{ByteRecord, Reader, ReaderBuilder, Terminator};
 
-use super::sampling::Stamp;
+use super::stamp::Stamp;
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 

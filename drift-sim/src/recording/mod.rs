@@ -9,6 +9,7 @@ mod csv;
 mod quality;
 mod resample;
 mod sampling;
+mod stamp;
 mod stream;
 mod when;
 mod write;
@@ -22,7 +23,7 @@ pub use columns::ColumnMap;
 pub use quality::{Jitter, Quality};
 pub use stream::{RecordingStream, Sample};
 pub use when::{Comparison, When};
-pub use write::write_csv;
+pub use write::{uniform_times_s, write_csv};
 
 /// Whether a sample may enter a sum.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

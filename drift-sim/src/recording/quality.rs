@@ -37,7 +37,7 @@ pub struct Quality {
     pub text_columns: Vec<String>,
 }
 
-/// How unequal the intervals between time stamps are.
+/// How unequal the intervals between the first (up to 10 000) time stamps are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jitter {
     /// The median interval, s.

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 
 use super::csv::{Row, repeats};
 use super::quality::Jitter;
-use super::sampling::{Stamp, forward_steps, goes_back, jitter, median, one_row};
+use super::sampling::{forward_steps, goes_back, jitter, median, one_row};
+use super::stamp::Stamp;
 use crate::{Error, Result};
 
 /// Rows further apart than this many median intervals have a gap between them, that nothing is interpolated across.

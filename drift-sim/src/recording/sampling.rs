@@ -8,6 +8,7 @@
 //! its step from the one before is right.
 
 use super::quality::{Jitter, short};
+use super::stamp::{Resolution, Stamp};
 use crate::{Error, Result};
 
 /// Rows that the line is first fitted to, and its memory afterwards.
@@ -20,70 +21,6 @@ const GAP_LENGTHS: u64 = 10;
 const GAP_ALWAYS: u64 = 1000;
 /// ... but never longer than this.
 const GAP_MAX: u64 = 100_000_000;
-
-/// A time stamp and how finely it is written.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Stamp {
-    pub t_s: f64,
-    decimals: i32,
-    digits: i32,
-}
-
-impl Stamp {
-    /// `None` where the text is not a finite number.
-    pub fn parse(cell: &[u8]) -> Option<Self> {
-        let t_s = std::str::from_utf8(cell).ok()?.parse::<f64>().ok().filter(|t| t.is_finite())?;
-        let exponent_at = cell.iter().position(|b| matches!(b, b'e' | b'E'));
-        let mantissa = &cell[..exponent_at.unwrap_or(cell.len())];
-        let exponent = match exponent_at {
-            Some(at) => std::str::from_utf8(&cell[at + 1..]).ok()?.parse::<i32>().ok()?.clamp(-400, 400),
-            None => 0,
-        };
-        let (mut decimals, mut digits, mut in_fraction) = (0, 0, false);
-        for b in mantissa {
-            match b {
-                b'.' => in_fraction = true,
-                b'0'..=b'9' => {
-                    decimals += i32::from(in_fraction);
-                    digits += i32::from(digits > 0 || *b != b'0');
-                }
-                _ => {}
-            }
-        }
-        Some(Self { t_s, decimals: decimals.saturating_sub(exponent), digits })
-    }
-}
-
-/// The finest writing seen so far: a fixed number of decimals, or of digits, from which trailing zeros may have
-/// been cut.
-#[derive(Debug, Clone, Copy)]
-struct Resolution {
-    decimals: i32,
-    digits: i32,
-}
-
-impl Resolution {
-    fn of(stamps: &[(u64, Stamp)]) -> Self {
-        let mut finest = Self { decimals: i32::MIN, digits: 1 };
-        stamps.iter().for_each(|(_, stamp)| finest.learn(*stamp));
-        finest
-    }
-
-    fn learn(&mut self, stamp: Stamp) {
-        self.decimals = self.decimals.max(stamp.decimals);
-        self.digits = self.digits.max(stamp.digits);
-    }
-
-    /// The step between neighbouring stamps that can be written at this time, s.
-    fn step_s(self, t_s: f64) -> f64 {
-        let by_decimals = libm::pow(10.0, f64::from(-self.decimals));
-        if t_s == 0.0 {
-            return by_decimals;
-        }
-        let magnitude = libm::floor(libm::log10(t_s.abs()));
-        by_decimals.max(libm::pow(10.0, magnitude + 1.0 - f64::from(self.digits)))
-    }
-}
 
 /// Least-squares line t = mean_t + slope (k - mean_k), with weights that fade.
 #[derive(Debug, Clone, Copy, Default)]
@@ -168,14 +105,20 @@ impl Grid {
         let mut line = Line::default();
         let (mut k, mut last_t) = (0.0, origin_s);
         let mut fitted = 0;
-        for (i, (_, stamp)) in stamps.iter().enumerate() {
+        for (i, (file_line, stamp)) in stamps.iter().enumerate() {
             // Rows at the same time repeat each other and say nothing about the line.
             if i > 0 && stamp.t_s <= last_t {
                 fitted += 1;
                 continue;
             }
             if i > 0 {
-                k += libm::round((stamp.t_s - last_t) / unit_s).max(1.0);
+                let steps = libm::round((stamp.t_s - last_t) / unit_s).max(1.0);
+                if steps > GAP_MAX as f64 {
+                    return Err(
+                        too_long_a_gap(steps - 1.0, last_t, stamp.t_s, i as u64, GAP_MAX).at_line(*file_line)
+                    );
+                }
+                k += steps;
             }
             last_t = stamp.t_s;
             line.learn(k, stamp.t_s - origin_s);
@@ -191,8 +134,8 @@ impl Grid {
             last_deviation_s: 0.0,
             deviation_max: (0.0, 0),
         };
-        if line.kk <= 0.0 {
-            return Err(one_row());
+        if !line.slope().is_finite() {
+            return Err(Error::new("the time stamps are too large to tell a sample time"));
         }
         grid.check_head(stamps, &steps)?;
         grid.sample_time_s = match sample_time_s {
@@ -349,6 +292,12 @@ pub(super) fn one_row() -> Error {
     Error::new("one row of data only").allowed("two at least")
 }
 
+fn too_long_a_gap(missing: f64, from_s: f64, to_s: f64, so_far: u64, longest: u64) -> Error {
+    let (missing, from, to) = (super::write::number(missing), short(from_s), short(to_s));
+    Error::new(format!("a gap of {missing} samples, from {from} to {to} s, after {so_far}"))
+        .allowed(format!("{longest} samples at most"))
+}
+
 fn disagrees(given_s: f64, found_s: f64) -> Error {
     let (given, found) = (short(given_s), short(found_s));
     Error::new(format!("the sample time given is {given} s, the time stamps say {found} s"))
@@ -480,18 +429,5 @@ mod tests {
             "the sampling is not uniform: interval 0.0053 s, jitter 0.000232 s rms and at most 0.0005 s, at line 6; \
              --resample DT"
         );
-    }
-
-    #[test]
-    fn resolution_is_read_off_the_text() {
-        for (text, t_s, step_s) in
-            [("0.07", 0.07, 0.01), ("1e-3", 0.001, 0.001), ("12", 12.0, 1.0), ("1.50E1", 15.0, 0.1)]
-        {
-            let stamp = Stamp::parse(text.as_bytes()).unwrap();
-            assert_eq!(stamp.t_s, t_s);
-            let step = Resolution::of(&[(2, stamp)]).step_s(t_s);
-            assert!((step / step_s - 1.0).abs() < 1e-9, "{text}: {step}");
-        }
-        assert_eq!(Stamp::parse(b"inf"), None);
     }
 }

@@ -40,12 +40,29 @@ impl Recording {
     /// # Errors
     /// As [`write_csv`].
     pub fn write_csv(&self, path: &Path) -> Result<()> {
-        let t: Vec<f64> = (0..self.len()).map(|i| self.time_s(i)).collect();
+        let t = uniform_times_s(self.start_s, self.sample_time_s, self.len());
         let mut columns: Vec<(&str, &[f64])> =
             vec![("t", &t), ("r", &self.r), ("y", &self.y), ("u", &self.u)];
         columns.extend(self.extra.iter().map(|(name, values)| (name.as_str(), values.as_slice())));
         write_csv(path, &columns)
     }
+}
+
+/// So many times from `start_s` on, s, as a person writes them: where start and sample time have few decimals, the
+/// third time is 0.3 and not 0.30000000000000004.
+pub fn uniform_times_s(start_s: f64, sample_time_s: f64, count: usize) -> Vec<f64> {
+    const FEW: usize = 9;
+    let decimals = |x: f64| {
+        let text = format!("{x}");
+        text.split_once('.').map_or(0, |(_, decimals)| decimals.len())
+    };
+    let decimals = decimals(start_s).max(decimals(sample_time_s));
+    let exact = |i: usize| start_s + i as f64 * sample_time_s;
+    let rounded = |i: usize| {
+        let t = exact(i);
+        if decimals > FEW { t } else { format!("{t:.decimals$}").parse().unwrap_or(t) }
+    };
+    (0..count).map(rounded).collect()
 }
 
 fn write_header<'a>(out: &mut dyn Write, names: impl Iterator<Item = &'a str>) -> io::Result<()> {
@@ -71,4 +88,23 @@ pub(super) fn number(x: f64) -> String {
     // Writing to memory does not fail.
     let _ = write_number(&mut text, x);
     String::from_utf8_lossy(&text).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_no_more_digits_than_the_sample_time() {
+        assert_eq!(uniform_times_s(0.0, 0.1, 4), [0.0, 0.1, 0.2, 0.3]);
+        assert_eq!(uniform_times_s(1.5, 1.0 / 3.0, 2), [1.5, 1.5 + 1.0 / 3.0]);
+    }
+
+    #[test]
+    fn numbers_are_the_shortest_that_read_back() {
+        for (x, text) in [(0.1, "0.1"), (1.0, "1"), (1e-7, "1e-7"), (1e300, "1e300"), (-2.5e-5, "-0.000025")]
+        {
+            assert_eq!(number(x), text);
+        }
+    }
 }

@@ -1,11 +1,13 @@
 //! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
 #![forbid(unsafe_code)]
 
+mod design;
 mod monitor;
 #[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
 mod progress;
 #[allow(dead_code, reason = "flattened into the commands that read recordings")]
 mod recording_arguments;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -21,6 +23,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Design(design::Arguments),
+    Simulate(simulate::Arguments),
     Monitor(monitor::Arguments),
 }
 
@@ -28,6 +32,8 @@ enum Command {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
+        Command::Design(arguments) => design::run(arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
     };
     match done {

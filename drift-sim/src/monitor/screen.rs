@@ -186,15 +186,27 @@ fn write_events(out: &mut String, summary: &Summary) -> std::fmt::Result {
             Some(to_s) => format!("{} .. {} s", short(event.from_s()), short(to_s)),
             None => format!("{} s .. open", short(event.from_s())),
         };
-        let courses: Vec<String> = event.courses.iter().take(4).map(course).collect();
-        let more = if event.courses.len() > 4 { ", ..." } else { "" };
-        writeln!(out, "  {:<12} {span:<22} {}{more}", event.kind().name(), courses.join(", "))?;
+        let courses: Vec<String> = farthest(event).into_iter().map(course).collect();
+        writeln!(out, "  {:<12} {span:<22} {}", event.kind().name(), courses.join(", "))?;
     }
     let more = summary.events.len().saturating_sub(SHOWN) as u64 + summary.more_events;
     if more > 0 {
         writeln!(out, "  and {more} more")?;
     }
     Ok(())
+}
+
+/// Of each channel in the event the course that went farthest.
+fn farthest(event: &Event) -> Vec<&Course> {
+    let mut found: Vec<&Course> = Vec::new();
+    for course in &event.courses {
+        match found.iter_mut().find(|c| c.kind == course.kind) {
+            Some(other) if other.max_z < course.max_z => *other = course,
+            Some(_) => {}
+            None => found.push(course),
+        }
+    }
+    found
 }
 
 fn course(course: &Course) -> String {

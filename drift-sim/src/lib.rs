@@ -2,6 +2,7 @@
 //! others, and reproduces the paper that the method comes from.
 #![forbid(unsafe_code)]
 
+pub mod design;
 pub mod error;
 pub mod output;
 

@@ -1,6 +1,8 @@
 //! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
 #![forbid(unsafe_code)]
 
+mod design;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -14,12 +16,16 @@ struct Arguments {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Design(design::Arguments),
+}
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let done: drift_sim::Result<ExitCode> = match arguments.command {};
+    let done: drift_sim::Result<ExitCode> = match arguments.command {
+        Command::Design(arguments) => design::run(arguments),
+    };
     match done {
         Ok(code) => code,
         Err(error) => {

@@ -5,5 +5,7 @@
 pub mod design;
 pub mod error;
 pub mod output;
+pub mod plot;
+pub mod recording;
 
 pub use error::{Error, Result};

@@ -2,6 +2,10 @@
 #![forbid(unsafe_code)]
 
 mod design;
+#[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
+mod progress;
+#[allow(dead_code, reason = "flattened into the commands that read recordings")]
+mod recording_arguments;
 
 use std::process::ExitCode;
 

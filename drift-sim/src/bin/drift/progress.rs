@@ -1,0 +1,69 @@
+//! A progress bar on a terminal; nothing in a pipe, a file or a log.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// How far long work has come. Drawn on standard error where that is a terminal, and only when the work takes longer
+/// than a moment; gone when it is dropped.
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// By bytes of a file; without a size, which a pipe doesn't tell, only the bytes so far are shown.
+    pub fn of_bytes(what: &str, size_bytes: Option<u64>) -> Self {
+        match size_bytes {
+            Some(_) => Self::new(what, size_bytes, "{msg} {wide_bar} {bytes}/{total_bytes} {eta}"),
+            None => Self::new(what, None, "{msg} {bytes} {bytes_per_sec}"),
+        }
+    }
+
+    /// By steps of which the number is known.
+    pub fn of_steps(what: &str, steps: u64) -> Self {
+        Self::new(what, Some(steps), "{msg} {wide_bar} {pos}/{len} {eta}")
+    }
+
+    fn new(what: &str, length: Option<u64>, template: &str) -> Self {
+        // Hidden by the library itself where standard error is no terminal.
+        let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr_with_hz(8));
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(what.to_owned());
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(Duration::from_millis(250));
+        }
+        Self(bar)
+    }
+
+    /// So many bytes or steps are done.
+    pub fn at(&self, position: u64) {
+        self.0.set_position(position);
+    }
+
+    /// One step more is done; from any thread.
+    pub fn step(&self) {
+        self.0.inc(1);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_and_bytes_are_counted() {
+        let steps = Progress::of_steps("simulating", 10);
+        steps.at(3);
+        steps.step();
+        assert_eq!(steps.0.position(), 4);
+        let bytes = Progress::of_bytes("reading", None);
+        bytes.at(1 << 20);
+        assert_eq!((bytes.0.position(), bytes.0.length()), (1 << 20, None));
+    }
+}

@@ -1,0 +1,64 @@
+//! The arguments that say how a recording is read, the same in every command that reads one.
+
+use clap::Args;
+use drift_sim::recording::{ColumnMap, ReadOptions, When};
+
+/// How recordings are read.
+#[derive(Args, Debug, Clone, Default)]
+#[command(next_help_heading = "Reading recordings")]
+pub struct RecordingArguments {
+    /// Columns of the signals where they are not called t, r, y, u; `t=` ignores the time stamps
+    #[arg(long, value_name = "t=time,r=SP,y=PV,u=OP")]
+    columns: Option<ColumnMap>,
+    /// Sample time in seconds where there are no time stamps
+    #[arg(long, value_name = "S", value_parser = seconds, allow_negative_numbers = true)]
+    sample_time: Option<f64>,
+    /// Put unequally sampled rows on a grid of DT seconds: y interpolated, r and u held
+    #[arg(long, value_name = "DT", value_parser = seconds, allow_negative_numbers = true)]
+    resample: Option<f64>,
+    /// Where the loop is closed, like occupied=1 or mode=AUTO; elsewhere samples count as manual. Can be repeated
+    #[arg(long, value_name = "COLUMN=VALUE")]
+    when: Vec<When>,
+}
+
+impl RecordingArguments {
+    /// The library's options, with no further columns asked for.
+    pub fn read_options(&self) -> ReadOptions {
+        ReadOptions {
+            columns: self.columns.clone().unwrap_or_default(),
+            sample_time_s: self.sample_time,
+            resample_s: self.resample,
+            when: self.when.clone(),
+            ..ReadOptions::default()
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if s.is_finite() && s > 0.0 => Ok(s),
+        _ => Err("a number of seconds above 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Command {
+        #[command(flatten)]
+        recording: RecordingArguments,
+    }
+
+    #[test]
+    fn arguments_become_options() {
+        let line = ["x", "--columns", "t=time,y=PV", "--resample", "0.01", "--when", "a=1", "--when", "b>2"];
+        let options = Command::parse_from(line).recording.read_options();
+        assert_eq!((options.columns.y.as_str(), options.resample_s), ("PV", Some(0.01)));
+        assert_eq!(options.when.len(), 2);
+        let refused = Command::try_parse_from(["x", "--sample-time", "-1"]);
+        assert!(refused.is_err_and(|e| e.to_string().contains("above 0")));
+    }
+}

@@ -1,0 +1,176 @@
+//! Recordings of a loop: r, y and u at uniform times, read from CSV without believing anything about the file.
+//!
+//! [`RecordingStream`] reads sample by sample in constant memory; [`Recording::read`] collects what it yields, so
+//! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the
+//! rest is one line with the number of the line it is about.
+
+mod columns;
+mod csv;
+mod quality;
+mod resample;
+mod sampling;
+mod stamp;
+mod stream;
+mod when;
+mod write;
+
+use std::io::Read;
+use std::path::Path;
+
+use crate::{Error, Result};
+
+pub use columns::ColumnMap;
+pub use quality::{Jitter, Quality};
+pub use stream::{RecordingStream, Sample};
+pub use when::{Comparison, When};
+pub use write::{uniform_times_s, write_csv};
+
+/// Whether a sample may enter a sum.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum RowState {
+    /// All of r, y and u are there.
+    #[default]
+    Valid,
+    /// One of them isn't, or the whole row is missing.
+    Missing,
+    /// A `when` condition does not hold: the loop is in manual.
+    Manual,
+}
+
+/// How a recording is read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Which column is which signal.
+    pub columns: ColumnMap,
+    /// The sample time, s, where there is no column of time stamps; where there is one, it must agree.
+    pub sample_time_s: Option<f64>,
+    /// Put rows at unequal intervals on a grid of this step, s: y linearly interpolated, all else held.
+    pub resample_s: Option<f64>,
+    /// Conditions that all must hold where the loop is closed; elsewhere samples are [`RowState::Manual`].
+    pub when: Vec<When>,
+    /// Further columns to read, in this order; text in them is an error.
+    pub extra: Vec<String>,
+    /// Read all other columns as well; those that hold text are left out and counted.
+    pub keep_extra: bool,
+}
+
+impl ReadOptions {
+    fn check(&self) -> Result<()> {
+        for (name, value) in [("sample time", self.sample_time_s), ("resampling step", self.resample_s)] {
+            if let Some(s) = value.filter(|s| !(s.is_finite() && *s > 0.0)) {
+                return Err(Error::new(format!("the {name} is {s} s")).allowed("a number above 0"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A recording in memory. All columns are of one length; NaN is missing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Recording {
+    /// What errors and reports call it: the path.
+    pub name: String,
+    /// From one sample to the next, s.
+    pub sample_time_s: f64,
+    /// Time of the first sample, s.
+    pub start_s: f64,
+    /// Reference, in the loop's units.
+    pub r: Vec<f64>,
+    /// Measured output, in the loop's units.
+    pub y: Vec<f64>,
+    /// Controller output, in the loop's units.
+    pub u: Vec<f64>,
+    /// Whether each sample counts.
+    pub state: Vec<RowState>,
+    /// Further columns by name.
+    pub extra: Vec<(String, Vec<f64>)>,
+    /// What was found and done while reading.
+    pub quality: Quality,
+}
+
+impl Recording {
+    /// Reads a CSV file whole; `-` is standard input.
+    ///
+    /// # Errors
+    /// The file can't be read, lacks a column, holds text where numbers belong, is not uniformly sampled (and no
+    /// resampling is asked for), goes back in time or contradicts itself: one line with the line's number.
+    pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
+        Self::collect(RecordingStream::open(path, options)?)
+    }
+
+    /// Reads CSV text from anywhere; errors call it by `name`.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_reader(
+        name: &str,
+        source: impl Read + Send + 'static,
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        Self::collect(RecordingStream::from_reader(name, source, options)?)
+    }
+
+    fn collect(mut stream: RecordingStream) -> Result<Self> {
+        let mut recording = Self { name: stream.name().to_owned(), ..Self::default() };
+        recording.extra = stream.extra_names().into_iter().map(|name| (name, Vec::new())).collect();
+        while let Some(sample) = stream.next()? {
+            recording.r.push(sample.r);
+            recording.y.push(sample.y);
+            recording.u.push(sample.u);
+            recording.state.push(sample.state);
+            for ((_, values), value) in recording.extra.iter_mut().zip(sample.extra) {
+                values.push(*value);
+            }
+        }
+        recording.sample_time_s = stream.whole_sample_time_s();
+        recording.start_s = stream.start_s();
+        recording.quality = stream.quality();
+        let mut is_text = stream.text_columns().into_iter();
+        let left_out = &mut recording.quality.text_columns;
+        recording.extra.retain(|(name, _)| {
+            let text = is_text.next().unwrap_or(false);
+            if text {
+                left_out.push(name.clone());
+            }
+            !text
+        });
+        Ok(recording)
+    }
+
+    /// Samples.
+    pub fn len(&self) -> usize {
+        self.r.len()
+    }
+
+    /// True where there is no sample, which a recording that was read never is.
+    pub fn is_empty(&self) -> bool {
+        self.r.is_empty()
+    }
+
+    /// Time of a sample, s.
+    pub fn time_s(&self, index: usize) -> f64 {
+        self.start_s + index as f64 * self.sample_time_s
+    }
+
+    /// From the first sample to one sample time after the last, s.
+    pub fn duration_s(&self) -> f64 {
+        self.len() as f64 * self.sample_time_s
+    }
+
+    /// A signal or further column by name.
+    ///
+    /// # Errors
+    /// There is none: the message lists those there are.
+    pub fn column(&self, name: &str) -> Result<&[f64]> {
+        match name {
+            "r" => return Ok(&self.r),
+            "y" => return Ok(&self.y),
+            "u" => return Ok(&self.u),
+            _ => {}
+        }
+        self.extra.iter().find(|(n, _)| n == name).map(|(_, values)| values.as_slice()).ok_or_else(|| {
+            let there = ["r", "y", "u"].into_iter().chain(self.extra.iter().map(|(n, _)| n.as_str()));
+            csv::no_column(name, "a signal", there).in_file(&self.name)
+        })
+    }
+}

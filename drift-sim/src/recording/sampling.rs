@@ -1,0 +1,433 @@
+//! Is the sampling uniform? Time stamps against the line t = a + b k, allowing for their rounding.
+//!
+//! A logger that samples at 66 ms and writes two decimals leaves 0, 0.07, 0.13, 0.2: unequal intervals, uniform
+//! sampling. So the intervals are not what is checked: each stamp must lie within what rounding explains of a
+//! least-squares line of t on the sample index k. Where the stamp is a whole number of samples late, samples are
+//! missing. The line is fitted to the first rows and then follows the stamps with a memory of as many rows, because
+//! the clocks of real loggers wander; while it catches up a stamp may be up to half a sample off the line, as long as
+//! its step from the one before is right.
+
+use super::quality::{Jitter, short};
+use super::stamp::{Resolution, Stamp};
+use crate::{Error, Result};
+
+/// Rows that the line is first fitted to, and its memory afterwards.
+pub(super) const HEAD_ROWS: usize = 10_000;
+/// A stamp off by less than this part of a sample time is harmless whatever its cause.
+const TOLERATED: f64 = 1e-3;
+/// A gap may be this many times as long as what came before ...
+const GAP_LENGTHS: u64 = 10;
+/// ... or of this many samples, whichever is more ...
+const GAP_ALWAYS: u64 = 1000;
+/// ... but never longer than this.
+const GAP_MAX: u64 = 100_000_000;
+
+/// Least-squares line t = mean_t + slope (k - mean_k), with weights that fade.
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    weight: f64,
+    mean_k: f64,
+    mean_t: f64,
+    kk: f64,
+    kt: f64,
+}
+
+impl Line {
+    fn learn(&mut self, k: f64, t: f64) {
+        const MEMORY: f64 = HEAD_ROWS as f64;
+        if self.weight >= MEMORY {
+            let fade = (MEMORY - 1.0) / self.weight;
+            self.weight *= fade;
+            self.kk *= fade;
+            self.kt *= fade;
+        }
+        let (dk, dt) = (k - self.mean_k, t - self.mean_t);
+        let old = self.weight;
+        self.weight += 1.0;
+        self.mean_k += dk / self.weight;
+        self.mean_t += dt / self.weight;
+        let share = old / self.weight;
+        self.kk += share * dk * dk;
+        self.kt += share * dk * dt;
+    }
+
+    fn slope(&self) -> f64 {
+        self.kt / self.kk
+    }
+
+    fn at(&self, k: f64) -> f64 {
+        self.mean_t + self.slope() * (k - self.mean_k)
+    }
+}
+
+/// Where a row belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// Right after the one before.
+    Next,
+    /// After so many missing samples.
+    AfterGap(u64),
+    /// At the very time of the one before.
+    Repeated,
+}
+
+/// The uniform grid that time stamps lie on.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
+    /// Times are kept from the first stamp on: stamps may count from 1970.
+    origin_s: f64,
+    resolution: Resolution,
+    line: Line,
+    sample_time_s: f64,
+    /// Rows that are in the line already.
+    fitted: usize,
+    /// Index and time of the last row placed.
+    last: Option<(u64, f64)>,
+    /// How far that row was from the line, s.
+    last_deviation_s: f64,
+    /// Greatest deviation from the line, s, and its row's line.
+    pub deviation_max: (f64, u64),
+}
+
+impl Grid {
+    /// Finds the grid of the first rows of a recording, given as (line, stamp).
+    pub fn establish(stamps: &[(u64, Stamp)], sample_time_s: Option<f64>) -> Result<Self> {
+        let origin_s = stamps.first().map_or(0.0, |(_, stamp)| stamp.t_s);
+        let steps = forward_steps(stamps)?;
+        let resolution = Resolution::of(stamps);
+        let median_s = median(&steps).ok_or_else(one_row)?;
+        let unit_s = sample_time_s.unwrap_or_else(|| mean_unit_step(&steps, median_s));
+        // Most intervals must be one sample; with a smaller sample time any file would be gaps for the most part.
+        let written_to_s = stamps.last().map_or(0.0, |(_, stamp)| resolution.step_s(stamp.t_s));
+        if (median_s - unit_s).abs() > written_to_s.max(0.5 * unit_s).min(0.999 * unit_s) {
+            return Err(disagrees(unit_s, median_s));
+        }
+        let mut line = Line::default();
+        let (mut k, mut last_t) = (0.0, origin_s);
+        let mut fitted = 0;
+        for (i, (file_line, stamp)) in stamps.iter().enumerate() {
+            // Rows at the same time repeat each other and say nothing about the line.
+            if i > 0 && stamp.t_s <= last_t {
+                fitted += 1;
+                continue;
+            }
+            if i > 0 {
+                let steps = libm::round((stamp.t_s - last_t) / unit_s).max(1.0);
+                if steps > GAP_MAX as f64 {
+                    return Err(
+                        too_long_a_gap(steps - 1.0, last_t, stamp.t_s, i as u64, GAP_MAX).at_line(*file_line)
+                    );
+                }
+                k += steps;
+            }
+            last_t = stamp.t_s;
+            line.learn(k, stamp.t_s - origin_s);
+            fitted += 1;
+        }
+        let mut grid = Self {
+            origin_s,
+            resolution,
+            line,
+            sample_time_s: unit_s,
+            fitted,
+            last: None,
+            last_deviation_s: 0.0,
+            deviation_max: (0.0, 0),
+        };
+        if !line.slope().is_finite() {
+            return Err(Error::new("the time stamps are too large to tell a sample time"));
+        }
+        grid.check_head(stamps, &steps)?;
+        grid.sample_time_s = match sample_time_s {
+            Some(given) => grid.agrees(given, k)?,
+            None => simplest(line.slope(), grid.slope_tolerance(k, last_t)),
+        };
+        Ok(grid)
+    }
+
+    /// Every one of the first stamps lies on the line, or the intervals say how far it is from uniform.
+    fn check_head(&self, stamps: &[(u64, Stamp)], steps: &[(u64, f64)]) -> Result<()> {
+        let mut k = 0.0;
+        let mut last_t = self.origin_s;
+        for (_, stamp) in stamps {
+            if stamp.t_s > last_t {
+                k += libm::round((stamp.t_s - last_t) / self.sample_time_s).max(1.0);
+                last_t = stamp.t_s;
+            }
+            let deviation = (stamp.t_s - self.origin_s - self.line.at(k)).abs();
+            if deviation > self.tolerance_s(stamp.t_s) {
+                let what = jitter(steps).map_or_else(String::new, |j| format!(": {j}"));
+                return Err(Error::new(format!("the sampling is not uniform{what}")).allowed("--resample DT"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The given sample time, where the time stamps don't contradict it.
+    fn agrees(&self, given_s: f64, k_last: f64) -> Result<f64> {
+        let found_s = self.line.slope();
+        let t_last = self.origin_s + self.line.at(k_last);
+        if (found_s - given_s).abs() > self.slope_tolerance(k_last, t_last).max(TOLERATED * given_s) {
+            return Err(disagrees(given_s, found_s));
+        }
+        Ok(given_s)
+    }
+
+    /// How far the slope can be off without moving the line by a fifth of the stamps' resolution.
+    fn slope_tolerance(&self, k_last: f64, t_last: f64) -> f64 {
+        let rounding = 0.2 * self.resolution.step_s(t_last) / k_last.max(1.0);
+        rounding.min(0.1 * self.line.slope()).max(1e-12 * self.line.slope())
+    }
+
+    fn tolerance_s(&self, t_s: f64) -> f64 {
+        let arithmetic = 8.0 * f64::EPSILON * t_s.abs();
+        // Where stamps are coarser than the sampling, half a sample is all that can be told.
+        let rounding = self.resolution.step_s(t_s).min(0.5 * self.sample_time_s);
+        rounding.max(TOLERATED * self.sample_time_s) + arithmetic
+    }
+
+    /// The sample time, s.
+    pub fn sample_time_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
+    /// The step between neighbouring stamps where they stand now, s.
+    pub fn resolution_s(&self) -> f64 {
+        let t = self.last.map_or(self.origin_s, |(_, t)| t);
+        self.resolution.step_s(t)
+    }
+
+    /// Puts the next row on the grid.
+    pub fn place(&mut self, file_line: u64, stamp: Stamp) -> Result<Place> {
+        let already_fitted = self.fitted > 0;
+        self.fitted = self.fitted.saturating_sub(1);
+        if !already_fitted {
+            self.resolution.learn(stamp);
+        }
+        let t = stamp.t_s - self.origin_s;
+        let Some((last_k, last_t)) = self.last else {
+            self.last = Some((0, stamp.t_s));
+            return Ok(Place::Next);
+        };
+        if stamp.t_s < last_t {
+            return Err(goes_back(last_t, stamp.t_s, file_line));
+        }
+        #[expect(clippy::float_cmp, reason = "the same text is the same number")]
+        if stamp.t_s == last_t {
+            return Ok(Place::Repeated);
+        }
+        let tolerance = self.tolerance_s(stamp.t_s);
+        // The line's place is surer than a rounded stamp's, until the clock has wandered away from it.
+        let wandered = if self.last_deviation_s.abs() > tolerance { self.last_deviation_s } else { 0.0 };
+        let steps = (t - self.line.at(last_k as f64) - wandered) / self.line.slope();
+        let missing = libm::round(steps).max(1.0) - 1.0;
+        let so_far = last_k + 1;
+        let longest = (so_far.saturating_mul(GAP_LENGTHS)).clamp(GAP_ALWAYS, GAP_MAX);
+        if missing > longest as f64 {
+            let (from, to) = (short(last_t), short(stamp.t_s));
+            return Err(Error::new(format!(
+                "a gap of {missing} samples, from {from} to {to} s, after {so_far}"
+            ))
+            .allowed(format!("{longest} samples at most"))
+            .at_line(file_line));
+        }
+        let k = last_k + 1 + missing as u64;
+        let deviation = t - self.line.at(k as f64);
+        let step_error = stamp.t_s - last_t - (k - last_k) as f64 * self.line.slope();
+        let wanders = step_error.abs() <= tolerance && deviation.abs() <= 0.5 * self.sample_time_s;
+        if deviation.abs() > tolerance && !wanders {
+            let (off, sample_time) = (short(deviation), short(self.sample_time_s));
+            let what = format!("the time stamp {} s is {off} s off the grid of {sample_time} s", stamp.t_s);
+            return Err(Error::new(what).allowed("--resample DT").at_line(file_line));
+        }
+        if deviation.abs() > self.deviation_max.0 {
+            self.deviation_max = (deviation.abs(), file_line);
+        }
+        if !already_fitted {
+            self.line.learn(k as f64, t);
+        }
+        self.last = Some((k, stamp.t_s));
+        self.last_deviation_s = deviation;
+        Ok(if missing > 0.0 { Place::AfterGap(missing as u64) } else { Place::Next })
+    }
+
+    /// The sample time over the whole of what was read: the mean between the first stamp and the last, as simple a
+    /// number as the stamps allow.
+    pub fn whole_sample_time_s(&self) -> f64 {
+        match self.last {
+            Some((k, t)) if k as usize > HEAD_ROWS => {
+                let tolerance = self.resolution.step_s(t) / k as f64;
+                let mean = (t - self.origin_s) / k as f64;
+                if (mean - self.sample_time_s).abs() <= tolerance {
+                    self.sample_time_s
+                } else {
+                    simplest(mean, 0.2 * tolerance)
+                }
+            }
+            _ => self.sample_time_s,
+        }
+    }
+}
+
+/// Intervals to the row before with the line that ends them, without those of rows at the same time.
+pub(super) fn forward_steps(stamps: &[(u64, Stamp)]) -> Result<Vec<(u64, f64)>> {
+    let mut steps = Vec::with_capacity(stamps.len());
+    for pair in stamps.windows(2) {
+        let [(_, before), (line, stamp)] = pair else { continue };
+        if stamp.t_s < before.t_s {
+            return Err(goes_back(before.t_s, stamp.t_s, *line));
+        }
+        if stamp.t_s > before.t_s {
+            steps.push((*line, stamp.t_s - before.t_s));
+        }
+    }
+    Ok(steps)
+}
+
+pub(super) fn goes_back(from_s: f64, to_s: f64, line: u64) -> Error {
+    Error::new(format!("time goes back from {from_s} to {to_s} s")).at_line(line)
+}
+
+pub(super) fn one_row() -> Error {
+    Error::new("one row of data only").allowed("two at least")
+}
+
+fn too_long_a_gap(missing: f64, from_s: f64, to_s: f64, so_far: u64, longest: u64) -> Error {
+    let (missing, from, to) = (super::write::number(missing), short(from_s), short(to_s));
+    Error::new(format!("a gap of {missing} samples, from {from} to {to} s, after {so_far}"))
+        .allowed(format!("{longest} samples at most"))
+}
+
+fn disagrees(given_s: f64, found_s: f64) -> Error {
+    let (given, found) = (short(given_s), short(found_s));
+    Error::new(format!("the sample time given is {given} s, the time stamps say {found} s"))
+        .allowed("one that agrees, or --columns t= to ignore the time stamps")
+}
+
+/// How unequal the intervals are; `None` where there is none.
+pub(super) fn jitter(steps: &[(u64, f64)]) -> Option<Jitter> {
+    let interval_s = median(steps)?;
+    let (mut squares, mut max_s, mut max_line) = (0.0, 0.0, 0);
+    for (line, step) in steps {
+        let difference = (step - interval_s).abs();
+        squares += difference * difference;
+        if difference > max_s {
+            (max_s, max_line) = (difference, *line);
+        }
+    }
+    Some(Jitter { interval_s, rms_s: libm::sqrt(squares / steps.len() as f64), max_s, max_line })
+}
+
+pub(super) fn median(steps: &[(u64, f64)]) -> Option<f64> {
+    let mut lengths: Vec<f64> = steps.iter().map(|(_, step)| *step).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.get(lengths.len() / 2).copied()
+}
+
+/// The median interval is as rounded as the stamps are; over the mean of all single steps the rounding cancels.
+fn mean_unit_step(steps: &[(u64, f64)], median_s: f64) -> f64 {
+    let single =
+        steps.iter().map(|(_, step)| *step).filter(|step| *step < 1.5 * median_s && *step > 0.5 * median_s);
+    let (sum, count) = single.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
+    if count > 0.0 { sum / count } else { median_s }
+}
+
+/// The number that a person would have chosen within the tolerance: one of few digits, or one over a whole rate,
+/// or the shortest.
+fn simplest(x: f64, tolerance: f64) -> f64 {
+    let near = |candidate: f64| (candidate - x).abs() <= tolerance && candidate > 0.0;
+    let decimal =
+        (0..16).filter_map(|digits| format!("{x:.digits$e}").parse::<f64>().ok()).find(|d| near(*d));
+    let of_few_digits = decimal.filter(|d| format!("{d:e}").bytes().filter(u8::is_ascii_digit).count() <= 5);
+    let of_whole_rate = Some(1.0 / libm::round(1.0 / x)).filter(|d| d.is_finite() && near(*d));
+    of_few_digits.or(of_whole_rate).or(decimal).unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The stamps k·Ts + start as a logger with so many decimals writes them.
+    fn stamps(count: usize, start_s: f64, sample_time_s: f64, decimals: usize) -> Vec<(u64, Stamp)> {
+        (0..count)
+            .map(|k| {
+                let text = format!("{:.decimals$}", start_s + k as f64 * sample_time_s);
+                (k as u64 + 2, Stamp::parse(text.as_bytes()).unwrap())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_sample_time_is_found_behind_rounded_stamps() {
+        for (sample_time_s, decimals, start_s) in [
+            (0.001, 3, 0.0),
+            (0.066, 2, 0.0),
+            (1.0 / 15.0, 2, 3.0),
+            (1.0 / 15.0, 4, 0.0),
+            (1.0 / 30.0, 3, 100.0),
+            (0.1, 1, 0.0),
+            (60.0, 0, 0.0),
+            (0.00125, 4, 1.7e9),
+        ] {
+            let head = stamps(9000, start_s, sample_time_s, decimals);
+            let grid = Grid::establish(&head, None).unwrap();
+            let off = (grid.sample_time_s() - sample_time_s).abs() * 9000.0;
+            assert!(off <= libm::pow(10.0, -(decimals as f64)), "{sample_time_s}: {}", grid.sample_time_s());
+        }
+        let exact = Grid::establish(&stamps(9000, 0.0, 0.066, 2), None).unwrap();
+        assert_eq!(exact.sample_time_s(), 0.066);
+        let rate = Grid::establish(&stamps(9000, 0.0, 1.0 / 30.0, 6), None).unwrap();
+        assert_eq!(rate.sample_time_s(), 1.0 / 30.0);
+    }
+
+    #[test]
+    fn every_row_of_a_long_uniform_recording_is_next() {
+        let all = stamps(50_000, 0.0, 0.066, 2);
+        let mut grid = Grid::establish(&all[..HEAD_ROWS], None).unwrap();
+        for (line, stamp) in &all {
+            assert_eq!(grid.place(*line, *stamp).unwrap(), Place::Next, "line {line}");
+        }
+        assert!(grid.deviation_max.0 < 0.006, "{:?}", grid.deviation_max);
+        assert_eq!(grid.whole_sample_time_s(), 0.066);
+    }
+
+    #[test]
+    fn a_wandering_clock_is_followed() {
+        // 20 ppm faster after the head: 1 s in 50 000 s, a sample in 10 000 s.
+        let mut grid = Grid::establish(&stamps(HEAD_ROWS, 0.0, 0.2, 6), None).unwrap();
+        for k in 0..200_000_u64 {
+            let faster = k.saturating_sub(10_000) as f64 * 0.2 * 20e-6;
+            let text = format!("{:.6}", k as f64 * 0.2 + faster);
+            let placed = grid.place(k + 2, Stamp::parse(text.as_bytes()).unwrap());
+            assert_eq!(placed.unwrap(), Place::Next, "row {k}");
+        }
+    }
+
+    #[test]
+    fn missing_samples_are_counted_also_where_stamps_are_rounded() {
+        let mut kept = stamps(3000, 0.0, 0.066, 2);
+        kept.drain(1000..1020);
+        let mut grid = Grid::establish(&kept, None).unwrap();
+        let gaps: Vec<_> = kept
+            .iter()
+            .filter_map(|(line, stamp)| match grid.place(*line, *stamp).unwrap() {
+                Place::AfterGap(n) => Some((*line, n)),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(gaps, [(1022, 20)]);
+    }
+
+    #[test]
+    fn real_jitter_is_refused_with_its_size() {
+        let text = ["0", "0.0053", "0.0107", "0.0160", "0.0218", "0.0270"];
+        let jittered: Vec<_> =
+            text.iter().zip(2..).map(|(t, line)| (line, Stamp::parse(t.as_bytes()).unwrap())).collect();
+        let error = Grid::establish(&jittered, None).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "the sampling is not uniform: interval 0.0053 s, jitter 0.000232 s rms and at most 0.0005 s, at line 6; \
+             --resample DT"
+        );
+    }
+}

@@ -1,0 +1,320 @@
+//! A recording of any length, sample by sample in constant memory: the sampling is established from the first rows
+//! and every later one is checked as it comes.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use super::csv::{self, Ended, Row, RowReader};
+use super::resample::Resampler;
+use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
+use super::{Quality, ReadOptions, RowState};
+use crate::{Error, Result};
+
+/// One sample of a loop. NaN is missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<'a> {
+    /// Its place on the uniform grid, from 0.
+    pub index: u64,
+    /// Time, s: the row's stamp; in gaps and without stamps, the grid's.
+    pub t_s: f64,
+    /// Reference.
+    pub r: f64,
+    /// Measured output.
+    pub y: f64,
+    /// Controller output.
+    pub u: f64,
+    /// Whether the sample counts.
+    pub state: RowState,
+    /// The further columns, in the order of [`RecordingStream::extra_names`].
+    pub extra: &'a [f64],
+}
+
+/// Reads a recording sample by sample.
+pub struct RecordingStream {
+    rows: RowReader<Ended<BufReader<Box<dyn Read + Send>>>>,
+    file: String,
+    size_bytes: Option<u64>,
+    /// Rows read ahead to find the sampling.
+    head: VecDeque<Row>,
+    row: Row,
+    /// The row before, to tell repeated ones.
+    before: Row,
+    pacing: Pacing,
+    start_s: f64,
+    missing_first: u64,
+    index: u64,
+    no_extra: Vec<f64>,
+    quality: Quality,
+}
+
+/// What says where a row belongs in time.
+enum Pacing {
+    /// There are no time stamps: one row, one sample.
+    Given(f64),
+    Grid(Grid),
+    Resampled(Box<Resampler>, f64),
+}
+
+impl RecordingStream {
+    /// Opens a CSV file; `-` is standard input.
+    ///
+    /// # Errors
+    /// The file can't be read, its header lacks a column, or its first rows are not uniformly sampled numbers.
+    pub fn open(path: &Path, options: &ReadOptions) -> Result<Self> {
+        if path == Path::new("-") {
+            return Self::from_reader("standard input", std::io::stdin(), options);
+        }
+        let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
+        let file = File::open(path).map_err(refused)?;
+        let size_bytes = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|m| m.len());
+        let mut stream = Self::from_reader(&path.to_string_lossy(), file, options)?;
+        stream.size_bytes = size_bytes;
+        Ok(stream)
+    }
+
+    /// Reads CSV text from anywhere; errors call it by `name`.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn from_reader(
+        name: &str,
+        source: impl Read + Send + 'static,
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        Self::begin(name, Box::new(source), options).map_err(|e| e.in_file(name))
+    }
+
+    fn begin(name: &str, source: Box<dyn Read + Send>, options: &ReadOptions) -> Result<Self> {
+        options.check()?;
+        let mut rows = csv::open(source, options)?;
+        let mut quality = Quality::default();
+        let (head, failed) = read_head(&mut rows, &mut quality);
+        // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.
+        let begun = begin_pacing(&rows, &head, options);
+        let (pacing, start_s) = match (begun, failed) {
+            (Err(error), Some(failure)) => {
+                let earlier =
+                    error.line().is_some_and(|line| failure.line().is_none_or(|other| line < other));
+                return Err(if earlier { error } else { failure });
+            }
+            (_, Some(failure)) => return Err(failure),
+            (begun, None) => begun?,
+        };
+        let mut stream = Self {
+            no_extra: vec![f64::NAN; rows.extra_names().len()],
+            rows,
+            file: name.to_owned(),
+            size_bytes: None,
+            head,
+            row: Row::default(),
+            before: Row::default(),
+            pacing,
+            start_s,
+            missing_first: 0,
+            index: 0,
+            quality,
+        };
+        if matches!(stream.pacing, Pacing::Resampled(..)) {
+            // The resampler stands on the first row already.
+            stream.head.pop_front();
+        }
+        Ok(stream)
+    }
+
+    /// The next sample, `None` at the end.
+    ///
+    /// # Errors
+    /// A row that is broken, or a time stamp that is not on the grid.
+    #[allow(clippy::should_implement_trait, reason = "a sample borrows from the stream, an Iterator's can't")]
+    pub fn next(&mut self) -> Result<Option<Sample<'_>>> {
+        let advanced = self.advance();
+        let found = advanced.map_err(|e| e.in_file(&self.file))?;
+        self.quality.samples = self.index + u64::from(found.is_some());
+        let Some((t_s, is_missing, y)) = found else { return Ok(None) };
+        let index = self.index;
+        self.index += 1;
+        if is_missing {
+            let nan = f64::NAN;
+            let state = RowState::Missing;
+            return Ok(Some(Sample { index, t_s, r: nan, y: nan, u: nan, state, extra: &self.no_extra }));
+        }
+        let row = match &self.pacing {
+            Pacing::Resampled(resampler, _) => resampler.held(),
+            _ => &self.before,
+        };
+        let y = y.unwrap_or(row.y);
+        let state = if row.manual {
+            self.quality.manual += 1;
+            RowState::Manual
+        } else if row.r.is_nan() || y.is_nan() || row.u.is_nan() {
+            RowState::Missing
+        } else {
+            RowState::Valid
+        };
+        Ok(Some(Sample { index, t_s, r: row.r, y, u: row.u, state, extra: &row.extra }))
+    }
+
+    /// Moves to the next sample: its time, whether it is a missing one, and y where that isn't the row's own.
+    fn advance(&mut self) -> Result<Option<(f64, bool, Option<f64>)>> {
+        if let Pacing::Resampled(resampler, _) = &mut self.pacing {
+            let (head, rows, quality) = (&mut self.head, &mut self.rows, &mut self.quality);
+            let next = resampler.next(|row| next_row(head, rows, row, quality))?;
+            quality.gaps = resampler.gaps;
+            quality.gap_samples = resampler.gap_samples;
+            quality.duplicates = resampler.duplicates;
+            return Ok(next.map(|sample| (sample.t_s, sample.in_gap, Some(sample.y))));
+        }
+        if self.missing_first == 0 && !self.next_new_row()? {
+            return Ok(None);
+        }
+        if self.missing_first > 1 {
+            self.missing_first -= 1;
+            let t_s = self.row.stamp.t_s - self.missing_first as f64 * self.sample_time_s();
+            return Ok(Some((t_s, true, None)));
+        }
+        self.missing_first = 0;
+        std::mem::swap(&mut self.row, &mut self.before);
+        let t_s = match self.pacing {
+            Pacing::Given(sample_time_s) => self.start_s + self.index as f64 * sample_time_s,
+            _ => self.before.stamp.t_s,
+        };
+        Ok(Some((t_s, false, None)))
+    }
+
+    /// Reads the next row that isn't a repetition, and how many samples are missing before it.
+    fn next_new_row(&mut self) -> Result<bool> {
+        while next_row(&mut self.head, &mut self.rows, &mut self.row, &mut self.quality)? {
+            let Pacing::Grid(grid) = &mut self.pacing else { return Ok(true) };
+            let place = grid.place(self.row.line, self.row.stamp)?;
+            (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) = grid.deviation_max;
+            match place {
+                Place::Next => return Ok(true),
+                Place::AfterGap(missing) => {
+                    self.quality.gaps += 1;
+                    self.quality.gap_samples += missing;
+                    // One more: the row itself comes when only it is left.
+                    self.missing_first = missing + 1;
+                    return Ok(true);
+                }
+                Place::Repeated => {
+                    csv::repeats(&self.before, &self.row)?;
+                    self.quality.duplicates += 1;
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// From one sample to the next, s, as the first rows say.
+    pub fn sample_time_s(&self) -> f64 {
+        match &self.pacing {
+            Pacing::Given(sample_time_s) | Pacing::Resampled(_, sample_time_s) => *sample_time_s,
+            Pacing::Grid(grid) => grid.sample_time_s(),
+        }
+    }
+
+    /// The same over all that was read so far.
+    pub(super) fn whole_sample_time_s(&self) -> f64 {
+        match &self.pacing {
+            Pacing::Grid(grid) => grid.whole_sample_time_s(),
+            _ => self.sample_time_s(),
+        }
+    }
+
+    /// Time of the first sample, s.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// The names of the further columns that were asked for.
+    pub fn extra_names(&self) -> Vec<String> {
+        self.rows.extra_names()
+    }
+
+    /// Which further columns hold text instead of numbers.
+    pub(super) fn text_columns(&self) -> Vec<bool> {
+        self.rows.text_columns()
+    }
+
+    /// What was found so far; complete after the last sample. Cells of up to 10 000 rows that were read ahead are
+    /// already counted.
+    pub fn quality(&self) -> Quality {
+        let mut quality = self.quality.clone();
+        match &self.pacing {
+            Pacing::Grid(grid) => quality.time_resolution_s = grid.resolution_s(),
+            Pacing::Resampled(resampler, _) => quality.resampled = Some(resampler.jitter),
+            Pacing::Given(_) => {}
+        }
+        quality
+    }
+
+    /// Bytes of the file read so far, for a progress bar.
+    pub fn bytes_read(&self) -> u64 {
+        self.rows.bytes_read()
+    }
+
+    /// Bytes of the whole file; `None` where that isn't known.
+    pub fn size_bytes(&self) -> Option<u64> {
+        self.size_bytes
+    }
+
+    /// What errors call the file.
+    pub fn name(&self) -> &str {
+        &self.file
+    }
+}
+
+/// Reads the first rows, up to a broken one.
+fn read_head<R: Read>(rows: &mut RowReader<R>, quality: &mut Quality) -> (VecDeque<Row>, Option<Error>) {
+    let mut head = VecDeque::new();
+    while head.len() < HEAD_ROWS {
+        let mut row = Row::default();
+        match rows.read(&mut row, quality) {
+            Ok(true) => head.push_back(row),
+            Ok(false) => break,
+            Err(error) => return (head, Some(error)),
+        }
+    }
+    (head, None)
+}
+
+fn begin_pacing<R: Read>(
+    rows: &RowReader<R>,
+    head: &VecDeque<Row>,
+    options: &ReadOptions,
+) -> Result<(Pacing, f64)> {
+    let Some(first) = head.front() else {
+        return Err(Error::new("no rows of data, only a header"));
+    };
+    let start_s = if rows.has_time() { first.stamp.t_s } else { 0.0 };
+    let pacing = match (rows.has_time(), options.sample_time_s, options.resample_s) {
+        (_, _, _) if head.len() < 2 => return Err(one_row()),
+        (false, _, Some(_)) => return Err(Error::new("no time stamps to resample by")),
+        (false, Some(sample_time_s), None) => Pacing::Given(sample_time_s),
+        (false, None, None) => return Err(Error::new("neither time stamps nor a sample time")),
+        (true, _, Some(step_s)) => Pacing::Resampled(Box::new(Resampler::new(head, step_s)?), step_s),
+        (true, given, None) => {
+            let stamps: Vec<_> = head.iter().map(|row| (row.line, row.stamp)).collect();
+            Pacing::Grid(Grid::establish(&stamps, given)?)
+        }
+    };
+    Ok((pacing, start_s))
+}
+
+/// The next row: of those read ahead, then of the file.
+fn next_row<R: Read>(
+    head: &mut VecDeque<Row>,
+    rows: &mut RowReader<R>,
+    row: &mut Row,
+    quality: &mut Quality,
+) -> Result<bool> {
+    match head.pop_front() {
+        Some(read_ahead) => {
+            *row = read_ahead;
+            Ok(true)
+        }
+        None => rows.read(row, quality),
+    }
+}

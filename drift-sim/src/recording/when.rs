@@ -1,0 +1,149 @@
+//! Which rows count: `occupied=1`, `mode=AUTO`, `torque_enable>0.5`. Where it does not hold the loop is taken to be
+//! in manual: the sample keeps its place in time and enters no sum.
+
+use std::str::FromStr;
+
+use crate::{Error, Result};
+
+/// How a cell is compared with the value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comparison {
+    /// `=`
+    Equal,
+    /// `!=`
+    NotEqual,
+    /// `<`
+    Less,
+    /// `<=`
+    AtMost,
+    /// `>`
+    Greater,
+    /// `>=`
+    AtLeast,
+}
+
+/// One condition on a column, read from `COLUMN op VALUE` with op one of = != < <= > >=.
+#[derive(Debug, Clone, PartialEq)]
+pub struct When {
+    /// The column it looks at.
+    pub column: String,
+    /// The comparison.
+    pub comparison: Comparison,
+    value: Value,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Value {
+    Number(f64),
+    Text(String),
+}
+
+impl When {
+    /// Whether the cell (its text, without blanks around it) meets the condition. An empty cell never does, nor
+    /// does text where a number is asked for.
+    pub fn holds(&self, cell: &[u8]) -> bool {
+        if cell.is_empty() {
+            return false;
+        }
+        match &self.value {
+            Value::Text(text) => (cell == text.as_bytes()) == (self.comparison == Comparison::Equal),
+            Value::Number(limit) => super::csv::parse_number(cell).is_some_and(|x| self.compares(x, *limit)),
+        }
+    }
+
+    fn compares(&self, x: f64, limit: f64) -> bool {
+        if x.is_nan() {
+            return false;
+        }
+        #[expect(clippy::float_cmp, reason = "a flag is compared with the number that it was written as")]
+        match self.comparison {
+            Comparison::Equal => x == limit,
+            Comparison::NotEqual => x != limit,
+            Comparison::Less => x < limit,
+            Comparison::AtMost => x <= limit,
+            Comparison::Greater => x > limit,
+            Comparison::AtLeast => x >= limit,
+        }
+    }
+}
+
+impl FromStr for When {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let refused = |what: &str| {
+            Error::new(format!("when: '{text}' {what}")).allowed("COLUMN op VALUE, op one of = != < <= > >=")
+        };
+        let at = text.find(['=', '!', '<', '>']).ok_or_else(|| refused("has no comparison"))?;
+        let (column, rest) = text.split_at(at);
+        // The longer signs first: '<=' begins with '<'.
+        let signs = [
+            ("!=", Comparison::NotEqual),
+            ("<=", Comparison::AtMost),
+            (">=", Comparison::AtLeast),
+            ("=", Comparison::Equal),
+            ("<", Comparison::Less),
+            (">", Comparison::Greater),
+        ];
+        let (comparison, value) = signs
+            .into_iter()
+            .find_map(|(sign, comparison)| rest.strip_prefix(sign).map(|value| (comparison, value.trim())))
+            .ok_or_else(|| refused("has no comparison"))?;
+        let column = column.trim().to_owned();
+        if column.is_empty() || value.is_empty() {
+            return Err(refused("lacks a column or a value"));
+        }
+        let value = match value.parse::<f64>() {
+            Ok(number) if number.is_finite() => Value::Number(number),
+            _ if matches!(comparison, Comparison::Equal | Comparison::NotEqual) => {
+                Value::Text(value.to_owned())
+            }
+            _ => return Err(refused("compares sizes with something that is not a number")),
+        };
+        Ok(Self { column, comparison, value })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_comparison_holds_where_it_should() {
+        for (when, cell, expected) in [
+            ("occupied=1", "1", true),
+            ("occupied=1", "1.0", true),
+            ("occupied = 1", "0", false),
+            ("occupied!=1", "0", true),
+            ("occupied!=1", "", false),
+            ("x<2", "1.9", true),
+            ("x<2", "2", false),
+            ("x<=2", "2", true),
+            ("x>2", "2", false),
+            ("x>=-1e3", "-1000", true),
+            ("x>=2", "nan", false),
+            ("mode=AUTO", "AUTO", true),
+            ("mode!=AUTO", "MAN", true),
+            ("mode!=AUTO", "AUTO", false),
+            ("x>2", "much", false),
+        ] {
+            assert_eq!(when.parse::<When>().unwrap().holds(cell.as_bytes()), expected, "{when} on '{cell}'");
+        }
+    }
+
+    #[test]
+    fn a_bad_condition_is_refused_in_one_line() {
+        for (text, what) in [
+            ("occupied", "has no comparison"),
+            ("x!1", "has no comparison"),
+            ("=1", "lacks a column or a value"),
+            ("x=", "lacks a column or a value"),
+            ("x>high", "compares sizes with something that is not a number"),
+        ] {
+            assert_eq!(
+                text.parse::<When>().unwrap_err().to_string(),
+                format!("when: '{text}' {what}; COLUMN op VALUE, op one of = != < <= > >=")
+            );
+        }
+    }
+}

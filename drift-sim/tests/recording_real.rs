@@ -1,0 +1,76 @@
+//! Recordings of real loops, where they are at hand (`DRIFT_RECORDINGS`): each is read whole.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "tests fail by panicking, their own functions too"
+)]
+
+use std::path::{Path, PathBuf};
+
+use drift_sim::recording::{ReadOptions, Recording};
+
+fn folder() -> Option<PathBuf> {
+    let default = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/recordings").into();
+    let folder: PathBuf = std::env::var_os("DRIFT_RECORDINGS").map_or_else(default, PathBuf::from);
+    if !folder.is_dir() {
+        eprintln!("skipped: no recordings in {}", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+fn csv_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .flat_map(|path| if path.is_dir() { csv_files(&path) } else { vec![path] })
+        .filter(|path| path.extension().is_some_and(|e| e == "csv"))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn every_real_recording_is_read_at_its_rate() {
+    let Some(folder) = folder() else { return };
+    // The rates that the loggers were set to.
+    let expected = [
+        ("emps", 0.001),
+        ("ce103_thermal", 0.066),
+        ("ce110_servo/pos", 0.1),
+        ("ce110_servo/vel", 0.066),
+        ("tclab", 1.0),
+        ("ahu", 60.0),
+        ("stiction_plant", 10.0),
+    ];
+    let files = csv_files(&folder);
+    assert!(!files.is_empty(), "no CSV file in {}", folder.display());
+    for file in files {
+        let name = file.strip_prefix(&folder).unwrap().to_string_lossy().into_owned();
+        let mut options = ReadOptions { keep_extra: true, ..ReadOptions::default() };
+        let read = Recording::read(&file, &options);
+        if name.starts_with("bam_xl330") {
+            // Its logger took a sample whenever the bus was free: real jitter, which nobody may miss.
+            let error = read.unwrap_err().to_string();
+            println!("{error}");
+            assert!(
+                error.contains("the sampling is not uniform") && error.contains("--resample DT"),
+                "{error}"
+            );
+            options.resample_s = Some(0.005);
+            let resampled = Recording::read(&file, &options).unwrap();
+            println!("{name}: {}", resampled.quality);
+            assert_eq!(resampled.len(), (resampled.duration_s() / 0.005).round() as usize);
+            continue;
+        }
+        let recording = read.unwrap_or_else(|e| panic!("{e}"));
+        println!("{name}: Ts {} s, {}", recording.sample_time_s, recording.quality);
+        println!("    stamps within {:.2e} s of the grid", recording.quality.time_deviation_max_s);
+        let rate = expected.iter().find(|(start, _)| name.starts_with(start));
+        if let Some((_, sample_time_s)) = rate {
+            assert_eq!(recording.sample_time_s, *sample_time_s, "{name}");
+        }
+        assert_eq!(recording.quality.gaps, 0, "{name}");
+        assert_eq!(recording.len() as u64, recording.quality.rows, "{name}");
+    }
+}

@@ -79,19 +79,21 @@ fn near_equilibrium(plant: &StateSpace, y: f64, q: f64) -> Vec<f64> {
     let a = DMatrix::from_fn(n, n, |row, column| plant.a.get(row).map_or(0.0, |row| number(row, column)));
     let normal = a.transpose() * &a;
     let forced = a.transpose() * DVector::from_fn(n, |row, _| -number(&plant.b, row) * q);
-    // Least squares under one equation: the stationary point of its Lagrangian.
-    let system = DMatrix::from_fn(n + 1, n + 1, |row, column| match (row < n, column < n) {
-        (true, true) => normal[(row, column)],
-        (true, false) => number(&plant.c, row),
-        (false, true) => number(&plant.c, column),
-        (false, false) => 0.0,
-    });
-    let right = DVector::from_fn(n + 1, |row, _| if row < n { forced[row] } else { y - plant.d * q });
-    let finite = system.iter().chain(right.iter()).all(|value| value.is_finite());
-    let svd = finite.then(|| system.clone().try_svd(true, true, f64::EPSILON, 10_000)).flatten();
-    let solution = svd.and_then(|svd| {
-        let largest = svd.singular_values.max();
-        svd.solve(&right, 1e-12 * largest).ok()
-    });
+    // Least squares under one equation: the stationary point of its Lagrangian. The second try holds states that
+    // nothing else determines near zero.
+    let weight = normal.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let attempt = |regular: f64| {
+        let system = DMatrix::from_fn(n + 1, n + 1, |row, column| match (row < n, column < n) {
+            (true, true) => normal[(row, column)] + if row == column { regular * weight } else { 0.0 },
+            (true, false) => number(&plant.c, row),
+            (false, true) => number(&plant.c, column),
+            (false, false) => 0.0,
+        });
+        let right = DVector::from_fn(n + 1, |row, _| if row < n { forced[row] } else { y - plant.d * q });
+        let x = system.clone().full_piv_lu().solve(&right)?;
+        let left_over = (&system * &x - &right).amax();
+        (left_over <= 1e-9 * (1.0 + right.amax())).then_some(x)
+    };
+    let solution = attempt(0.0).or_else(|| attempt(1e-12));
     solution.map_or_else(|| vec![0.0; n], |x| x.iter().take(n).copied().collect())
 }

@@ -332,6 +332,17 @@ fn a_start_from_equilibrium_stays_there() {
     }
 }
 
+/// The second state is an integrator that y does not show and u does not reach: nothing determines it.
+#[test]
+fn a_start_leaves_at_zero_what_nothing_determines() {
+    let a = vec![vec![-1.0, 0.0], vec![0.0, 0.0]];
+    let plant = StateSpace { a, b: vec![1.0, 0.0], c: vec![1.0, 0.0], d: 0.0 };
+    let mut simulation = Simulation::new(&around(Plant::StateSpace(plant), 0.1), 0).unwrap();
+    simulation.start(&Start::held(3.0, 3.0)).unwrap();
+    near(simulation.state()[0], 3.0, 1e-9);
+    near(simulation.state()[1], 0.0, 1e-9);
+}
+
 /// A run from rest that begins with a reference's step is reproduced from its own first samples.
 #[test]
 fn a_recording_gives_back_its_own_start() {

@@ -8,7 +8,7 @@
 //! `confirm_hops` decisions have passed; before that, nothing can be told from a disturbance of that length.
 
 use crate::detector::Side;
-use crate::line_fit::LineFit;
+use crate::line_fit::{FIT_BYTES, LineFit};
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -74,7 +74,7 @@ enum Phase {
 }
 
 /// Saved bytes of one course.
-pub(crate) const COURSE_BYTES: usize = 36;
+pub(crate) const COURSE_BYTES: usize = 12 + FIT_BYTES;
 
 /// The course of one channel since its last alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]

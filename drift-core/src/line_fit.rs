@@ -6,6 +6,8 @@
 
 use crate::store::{Reader, Writer};
 
+/// Saved bytes of one fit.
+pub(crate) const FIT_BYTES: usize = 24;
 /// Beyond this the next window's weight is lost to rounding.
 const MOST_WINDOWS: u32 = 1 << 24;
 

@@ -2,12 +2,13 @@
 //! what stays is a drift.
 //!
 //! From an alarm on, every decision adds evidence that the residual stays (a sequential test between "at half its
-//! largest distance so far" and "back at zero"). Evidence is capped on both sides, so that a large disturbance is
+//! mean distance so far" and "back at zero"). The mean, because the largest distance grows with the noise alone: a
+//! shift of one sigma would soon be measured against 1.5 sigmas and be called a disturbance. Evidence is capped on both sides, so that a large disturbance is
 //! forgotten as fast as a small one once it is gone. A drift is confirmed when the evidence stands at its cap and
 //! `confirm_hops` decisions have passed; before that, nothing can be told from a disturbance of that length.
 
 use crate::detector::Side;
-use crate::line_fit::LineFit;
+use crate::line_fit::{FIT_BYTES, LineFit};
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -72,13 +73,16 @@ enum Phase {
     Drift,
 }
 
+/// Saved bytes of one course.
+pub(crate) const COURSE_BYTES: usize = 12 + FIT_BYTES;
+
 /// The course of one channel since its last alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Course {
     phase: Phase,
     side: Side,
     hops: u16,
-    farthest: f32,
+    mean_away: f32,
     evidence: f32,
     since: LineFit,
 }
@@ -88,7 +92,7 @@ impl Course {
         phase: Phase::Healthy,
         side: Side::High,
         hops: 0,
-        farthest: 0.0,
+        mean_away: 0.0,
         evidence: 0.0,
         since: LineFit::EMPTY,
     };
@@ -121,10 +125,8 @@ impl Course {
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
         self.hops = self.hops.saturating_add(1);
-        if away > self.farthest {
-            self.farthest = away;
-        }
-        let half = 0.5 * self.farthest;
+        self.mean_away += (away - self.mean_away) / f32::from(self.hops);
+        let half = 0.5 * self.mean_away;
         let shift = if half > decision.smallest_shift { half } else { decision.smallest_shift };
         self.evidence += shift * (away - 0.5 * shift);
         if self.evidence > decision.log_odds {
@@ -149,11 +151,15 @@ impl Course {
         (self.phase == Phase::Drift).then_some(&self.since)
     }
 
+    pub(crate) fn possible(&self, decision: &Decision) -> bool {
+        self.evidence.abs() <= decision.log_odds && self.since.possible()
+    }
+
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.u8(self.phase as u8);
         to.u8(self.side as u8);
         to.u16(self.hops);
-        to.f32(self.farthest);
+        to.f32(self.mean_away);
         to.f32(self.evidence);
         self.since.write(to);
     }
@@ -172,7 +178,7 @@ impl Course {
                 _ => return None,
             },
             hops: from.u16()?,
-            farthest: from.f32()?,
+            mean_away: from.f32()?,
             evidence: from.f32()?,
             since: LineFit::read(from)?,
         })

@@ -206,6 +206,7 @@ fn tclab_load_and_sensor_steps_are_raised() {
                 row(&name, "none", &format!("false: {}", say(course)));
             }
         }
+        for c in courses(&summary).filter(|c| c.kind != ChannelKind::Effort) { println!("   {}", say(c)); }
         drifts += courses(&summary).filter(|c| c.outcome == EventKind::Drift).count();
     }
     println!("{hits} of {steps} steps hit within 150 s, {falses} false, {drifts} called drift");

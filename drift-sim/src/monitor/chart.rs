@@ -1,9 +1,9 @@
 //! The chart of a run: reference and output, controller output, and each channel's standardised residual with its
-//! thresholds; events are shaded. What is drawn is thinned while the recording is read.
+//! thresholds. Events are shaded over the signals, a channel's own courses over its residual. What is drawn is thinned while the recording is read.
 
 use drift_core::Config;
 
-use super::events::{Event, EventKind};
+use super::events::EventKind;
 use super::run::Hop;
 use super::summary::Summary;
 use super::thinned::Thinned;
@@ -43,15 +43,22 @@ impl Chart {
     /// Draws it.
     pub fn figure(&self, summary: &Summary) -> Figure {
         let end_s = summary.start_s + summary.duration_s();
+        let events = || summary.events.iter().map(|e| shade(e.kind(), e.from_s(), e.to_s().unwrap_or(end_s)));
         let mut panels = vec![
             panel(
                 "r, y",
                 vec![
                     Layer::line("y", Colour::Blue, self.y.points()),
                     Layer::dashed("r", Colour::Black, self.r.points()),
-                ],
+                ]
+                .into_iter()
+                .chain(events())
+                .collect(),
             ),
-            panel("u", vec![Layer::line("u", Colour::Green, self.u.points())]),
+            panel(
+                "u",
+                std::iter::once(Layer::line("u", Colour::Green, self.u.points())).chain(events()).collect(),
+            ),
         ];
         for (z, channel) in self.z.iter().zip(&self.config.channels) {
             let mut layers = vec![Layer::line(
@@ -69,15 +76,17 @@ impl Chart {
                     });
                 }
             }
+            let courses = summary.events.iter().flat_map(|e| &e.courses);
+            let own = courses.filter(|c| c.kind == channel.kind);
+            layers.extend(own.map(|c| shade(c.outcome, c.from_s, c.to_s.unwrap_or(end_s))));
             panels.push(panel(&format!("{} z", channel.kind.name()), layers));
-        }
-        for panel in &mut panels {
-            panel.layers.extend(summary.events.iter().map(|event| shade(event, end_s)));
         }
         if let Some(last) = panels.last_mut() {
             last.x_label = "t / s".into();
         }
-        Figure::stacked(summary.recording.clone(), panels)
+        let path = std::path::Path::new(&summary.recording);
+        let name = path.file_name().map_or(summary.recording.clone(), |n| n.to_string_lossy().into_owned());
+        Figure::stacked(name, panels)
     }
 }
 
@@ -85,11 +94,11 @@ fn panel(y_label: &str, layers: Vec<Layer>) -> Panel {
     Panel { y_label: y_label.into(), layers, ..Panel::default() }
 }
 
-fn shade(event: &Event, end_s: f64) -> Layer {
-    let colour = match event.kind() {
+fn shade(kind: EventKind, from: f64, to: f64) -> Layer {
+    let colour = match kind {
         EventKind::Disturbance => Colour::Yellow,
         EventKind::Suspect => Colour::Orange,
         EventKind::Drift => Colour::Vermilion,
     };
-    Layer::Span { from: event.from_s(), to: event.to_s().unwrap_or(end_s), name: String::new(), colour }
+    Layer::Span { from, to, name: String::new(), colour }
 }

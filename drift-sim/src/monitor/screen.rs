@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use drift_core::{ChannelKind, Location, Side};
+use drift_core::{ChannelKind, Side};
 
 use super::events::{Course, Event, EventKind, Raised};
 use super::summary::{ChannelSummary, Summary};
@@ -108,36 +108,47 @@ fn verdict(summary: &Summary) -> String {
     }
 }
 
-/// What a deviation there means.
+/// The courses that make the event what it is: of a drift, those that were called drift.
+fn leading(event: &Event) -> impl Iterator<Item = &Course> {
+    let kind = event.kind();
+    event.courses.iter().filter(move |c| c.outcome == kind)
+}
+
+/// What the event means.
 fn meaning(event: &Event) -> &'static str {
-    let side = event.main().map(|c| c.side);
-    match (event.location, side) {
-        (Location::OperatingPoint, Some(Side::High)) => {
+    let mut leading = leading(event);
+    let Some(first) = leading.next() else { return "" };
+    if leading.any(|c| c.kind != first.kind) {
+        return "Several channels are away: the operating point and the dynamics of the loop changed together.";
+    }
+    match (first.kind, first.side) {
+        (ChannelKind::Effort, Side::High) => {
             "It takes more effort to hold y than it did: a load, a leak, lost gain, or a sensor that reads low."
         }
-        (Location::OperatingPoint, _) => {
+        (ChannelKind::Effort, Side::Low) => {
             "It takes less effort to hold y than it did: a load is gone, the gain grew, or a sensor reads high."
         }
-        (Location::Friction, Some(Side::High)) => {
+        (ChannelKind::MotionEffort, Side::High) => {
             "It takes more effort to move than it did: friction, a load against the motion, or lost drive gain."
         }
-        (Location::Friction, _) => {
-            "It takes less effort to move than it did: friction fell, something helps the motion, or the drive gain grew."
+        (ChannelKind::MotionEffort, Side::Low) => {
+            "It takes less effort to move than it did: less friction, a load along the motion, or more drive gain."
         }
-        (Location::Dynamics, _) => {
+        (ChannelKind::Activity, _) => {
             "The controller works differently for the same reference: changed dynamics, gain or noise."
         }
-        (Location::Tracking, _) => "The loop tracks differently for the energy that it spends.",
-        (Location::Several, _) => {
-            "Several channels are away: the loop's operating point and its dynamics changed together."
+        (ChannelKind::EnergyError(_), Side::High) => {
+            "The loop tracks worse for the energy that it spends: slower dynamics, a disturbance, or noise."
         }
-        (Location::Nowhere, _) => "",
+        (ChannelKind::EnergyError(_), Side::Low) => {
+            "The loop tracks better for the energy that it spends, or spends energy that the error does not ask for."
+        }
     }
 }
 
 fn sides(event: &Event) -> String {
     let mut parts: Vec<String> = Vec::new();
-    for course in &event.courses {
+    for course in leading(event) {
         let part = format!("{} {}", label(course.kind), side_name(course.side));
         if !parts.contains(&part) {
             parts.push(part);
@@ -186,7 +197,10 @@ fn write_events(out: &mut String, summary: &Summary) -> std::fmt::Result {
             Some(to_s) => format!("{} .. {} s", short(event.from_s()), short(to_s)),
             None => format!("{} s .. open", short(event.from_s())),
         };
-        let courses: Vec<String> = farthest(event).into_iter().map(course).collect();
+        let courses: Vec<String> = farthest(event)
+            .into_iter()
+            .map(|(c, times)| if times > 1 { format!("{} ({times} times)", course(c)) } else { course(c) })
+            .collect();
         writeln!(out, "  {:<12} {span:<22} {}", event.kind().name(), courses.join(", "))?;
     }
     let more = summary.events.len().saturating_sub(SHOWN) as u64 + summary.more_events;
@@ -196,14 +210,18 @@ fn write_events(out: &mut String, summary: &Summary) -> std::fmt::Result {
     Ok(())
 }
 
-/// Of each channel in the event the course that went farthest.
-fn farthest(event: &Event) -> Vec<&Course> {
-    let mut found: Vec<&Course> = Vec::new();
+/// Of each channel in the event the course that went farthest, and how many it had.
+fn farthest(event: &Event) -> Vec<(&Course, usize)> {
+    let mut found: Vec<(&Course, usize)> = Vec::new();
     for course in &event.courses {
-        match found.iter_mut().find(|c| c.kind == course.kind) {
-            Some(other) if other.max_z < course.max_z => *other = course,
-            Some(_) => {}
-            None => found.push(course),
+        match found.iter_mut().find(|(c, _)| c.kind == course.kind) {
+            Some((other, times)) => {
+                *times += 1;
+                if other.max_z < course.max_z {
+                    *other = course;
+                }
+            }
+            None => found.push((course, 1)),
         }
     }
     found

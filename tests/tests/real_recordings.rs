@@ -10,71 +10,43 @@
 
 use std::path::{Path, PathBuf};
 
-use drift_core::{
-    Channel, ChannelKind, Commissioning, Config, Cusum, Decision, Detectors, Index, Input, Shewhart, Side,
-};
-use drift_sim::monitor::{Course, EventKind, Outputs, Runner, Summary, watch};
-use drift_sim::recording::{ReadOptions, Recording, RecordingStream, RowState};
+use drift_core::{ChannelKind, Config, Detectors, Side};
+use drift_sim::calibrate::{Effort, Options, Signals, calibrate};
+use drift_sim::monitor::{Course, EventKind, Outputs, Summary, watch};
+use drift_sim::recording::{ReadOptions, Recording, RecordingStream};
 
-/// What a person chooses for a rig.
+/// What a person chooses for a rig: for `drift calibrate`, and how the rows are read.
 struct Settings {
-    sample_time_s: f32,
-    block_ticks: u32,
-    window_blocks: u16,
-    effort: ChannelKind,
-    /// Whether the error belongs to the energy: not where another signal stands in for y.
-    energy_error: bool,
-    /// A step of r beyond the first number is followed by so many ticks that are left out.
-    blanking: Option<(f32, u32)>,
-    saturation: (f32, f32),
-    /// Decisions that the longest disturbance lasts.
-    confirm_hops: u16,
-    cusum: Cusum,
-    shewhart: f32,
+    calibrate: Options,
     read: ReadOptions,
 }
 
 impl Settings {
-    fn config(&self, channels: [Channel; 3]) -> Config<f32, 3> {
-        let config = Config::new(self.sample_time_s, self.block_ticks, self.window_blocks, channels)
-            .with_saturation(self.saturation.0, self.saturation.1)
-            .with_decision(Decision { confirm_hops: self.confirm_hops, ..Decision::DEFAULT });
-        match self.blanking {
-            Some((step, ticks)) => config.with_blanking(step, ticks),
-            None => config,
-        }
-    }
-
-    /// Learns the baselines from healthy recordings, each begun with an empty window.
     fn calibrate(&self, healthy: &[PathBuf]) -> Config<f32, 3> {
-        let kinds = [ChannelKind::EnergyError(Index::Iae), self.effort, ChannelKind::Activity];
-        let bare = self.config(kinds.map(Channel::unlearned));
-        let mut learning = Commissioning::<3>::new();
-        for path in healthy {
-            let recording = Recording::read(path, &self.read).unwrap();
-            let mut runner = Runner::new(&bare, recording.sample_time_s).unwrap();
-            for i in 0..recording.len() {
-                let (r, y, u) = (recording.r[i] as f32, recording.y[i] as f32, recording.u[i] as f32);
-                let input = match recording.state[i] {
-                    RowState::Valid => Input::Sample { r, y, u },
-                    RowState::Missing => Input::Missing,
-                    RowState::Manual => Input::Manual,
-                };
-                if let Some(hop) = runner.tick(recording.time_s(i), input) {
-                    learning.learn(&hop.report);
-                }
-            }
+        let recordings: Vec<_> = healthy.iter().map(|p| Recording::read(p, &self.read).unwrap()).collect();
+        let signals: Vec<_> = recordings.iter().map(Signals::from).collect();
+        let calibration = calibrate(&signals, &self.calibrate).unwrap();
+        for channel in &calibration.channels {
+            let Detectors { shewhart, cusum, .. } = channel.detectors;
+            println!(
+                "{} {}: b0 {:.4} b1 {:.3e} +- {:.1e}, R2 {:.2}, sigma {:.4}, {} windows worth {:.0}, lag 1 {:.2}, h {:.1}, limits {:.1} {:.1}",
+                healthy.len(),
+                channel.kind.name(),
+                channel.fit.b0,
+                channel.fit.b1,
+                0.0,
+                channel.fit.r2,
+                channel.fit.rmse,
+                channel.fit.n,
+                channel.n_effective,
+                channel.lag1,
+                cusum.unwrap().h,
+                shewhart.unwrap().lower,
+                shewhart.unwrap().upper,
+            );
         }
-        let detectors = Detectors {
-            cusum: Some(self.cusum),
-            shewhart: Some(Shewhart::symmetric(self.shewhart)),
-            ..Detectors::NONE
-        };
-        let mut channels = learning.channels(kinds, detectors).unwrap();
-        if !self.energy_error {
-            channels[0] = Channel::unlearned(kinds[0]);
-        }
-        self.config(channels)
+        calibration.warnings.iter().for_each(|w| println!("   warning: {w}"));
+        calibration.file.config().unwrap()
     }
 
     fn watch(&self, path: &Path, config: &Config<f32, 3>) -> Summary {
@@ -144,19 +116,16 @@ const TCLAB_RUNS: [&str; 3] = ["augmented_arx", "constrained_ml_1", "reg_cons_ml
 /// steps and stays there (neighbours correlate by 0.5): k = 1 looks past what stays below 1 sigma, h = 8 is twice
 /// what independent windows would need for a false alarm in a day.
 fn tclab_settings() -> Settings {
-    Settings {
-        sample_time_s: 1.0,
-        block_ticks: 10,
-        window_blocks: 5,
-        effort: ChannelKind::Effort,
-        energy_error: true,
-        blanking: Some((1.0, 100)),
-        saturation: (0.0, 100.0),
-        confirm_hops: 20,
-        cusum: Cusum::new(1.0, 8.0),
-        shewhart: 5.0,
-        read: ReadOptions::default(),
-    }
+    let calibrate = Options {
+        window_s: Some(50.0),
+        k: 1.0,
+        false_alarm_every_h: 24.0,
+        channels: [true, true, false],
+        saturation: Some([0.0, 100.0]),
+        blanking: Some((1.0, 100.0)),
+        ..Options::default()
+    };
+    Settings { calibrate, read: ReadOptions::default() }
 }
 
 /// Each injected step is raised by the effort channel, to the side that physics says: less heat than u says, or a
@@ -248,16 +217,14 @@ fn ahu() {
     for columns in ["y=y", "y=t_mixed", "y=t_outdoor"] {
         println!("#### {columns}");
         let settings = Settings {
-            sample_time_s: 60.0,
-            block_ticks: 5,
-            window_blocks: 6,
-            effort: ChannelKind::Effort,
-            energy_error: columns == "y=y",
-            blanking: None,
-            saturation: (0.0, 1.0),
-            confirm_hops: 6,
-            cusum: Cusum::new(0.5, 8.0),
-            shewhart: 5.0,
+            calibrate: Options {
+                window_s: Some(1800.0),
+                false_alarm_every_h: 240.0,
+                channels: [columns == "y=y", true, false],
+                saturation: Some([0.0, 1.0]),
+                confirm_hops: 6,
+                ..Options::default()
+            },
             read: ReadOptions {
                 columns: columns.parse().unwrap(),
                 when: vec!["occupied=1".parse().unwrap()],
@@ -291,16 +258,14 @@ fn ahu() {
 fn emps() {
     let Some(folder) = folder("emps") else { return };
     let settings = Settings {
-        sample_time_s: 0.001,
-        block_ticks: 155,
-        window_blocks: 5,
-        effort: ChannelKind::MotionEffort,
-        energy_error: true,
-        blanking: None,
-        saturation: (-10.0, 10.0),
-        confirm_hops: 20,
-        cusum: Cusum::new(1.0, 8.0),
-        shewhart: 5.0,
+        calibrate: Options {
+            window_s: Some(0.775),
+            k: 1.0,
+            false_alarm_every_h: 0.1,
+            effort: Effort::Motion,
+            saturation: Some([-10.0, 10.0]),
+            ..Options::default()
+        },
         read: ReadOptions::default(),
     };
     let config = settings.calibrate(&[folder.join("emps_train.csv")]);

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod baseline_file;
+pub mod calibrate;
 pub mod control_loop;
 pub mod controller;
 pub mod design;

@@ -10,8 +10,8 @@
 
 use std::path::{Path, PathBuf};
 
-use drift_core::{ChannelKind, Config, Detectors, Side};
-use drift_sim::calibrate::{Effort, Options, Signals, calibrate};
+use drift_core::{ChannelKind, Config, Side};
+use drift_sim::calibrate::{Calibration, Effort, Options, Signals, calibrate};
 use drift_sim::monitor::{Course, EventKind, Outputs, Summary, watch};
 use drift_sim::recording::{ReadOptions, Recording, RecordingStream};
 
@@ -22,31 +22,32 @@ struct Settings {
 }
 
 impl Settings {
-    fn calibrate(&self, healthy: &[PathBuf]) -> Config<f32, 3> {
+    fn calibrate(&self, healthy: &[PathBuf]) -> Calibration {
         let recordings: Vec<_> = healthy.iter().map(|p| Recording::read(p, &self.read).unwrap()).collect();
         let signals: Vec<_> = recordings.iter().map(Signals::from).collect();
-        let calibration = calibrate(&signals, &self.calibrate).unwrap();
-        for channel in &calibration.channels {
-            let Detectors { shewhart, cusum, .. } = channel.detectors;
+        // A fifth of the usual: the thresholds' own scatter is some per cent, their caution a factor.
+        let options = Options { simulated_decisions: 400_000, ..self.calibrate.clone() };
+        calibrate(&signals, &options).unwrap()
+    }
+
+    /// Calibrates, and says on how much the thresholds stand.
+    fn config(&self, healthy: &[PathBuf]) -> Config<f32, 3> {
+        let file = self.calibrate(healthy).file;
+        for entry in &file.channels {
+            let (Some(s), Some(cusum)) = (entry.statistics, entry.channel.detectors.cusum) else { continue };
             println!(
-                "{} {}: b0 {:.4} b1 {:.3e} +- {:.1e}, R2 {:.2}, sigma {:.4}, {} windows worth {:.0}, lag 1 {:.2}, h {:.1}, limits {:.1} {:.1}",
-                healthy.len(),
-                channel.kind.name(),
-                channel.fit.b0,
-                channel.fit.b1,
-                0.0,
-                channel.fit.r2,
-                channel.fit.rmse,
-                channel.fit.n,
-                channel.n_effective,
-                channel.lag1,
-                cusum.unwrap().h,
-                shewhart.unwrap().lower,
-                shewhart.unwrap().upper,
+                "  {}: {} windows worth {:.0}, R2 {:.2}, b1 {:.3e} to {:.3e}, sigma {:.3e}, h {:.1}",
+                entry.channel.kind.name(),
+                s.n,
+                s.n_effective,
+                s.r2,
+                s.b1_ci95[0],
+                s.b1_ci95[1],
+                entry.channel.baseline.sigma,
+                cusum.h
             );
         }
-        calibration.warnings.iter().for_each(|w| println!("   warning: {w}"));
-        calibration.file.config().unwrap()
+        file.config().unwrap()
     }
 
     fn watch(&self, path: &Path, config: &Config<f32, 3>) -> Summary {
@@ -110,11 +111,10 @@ fn spans(recording: &Recording, column: &str) -> Vec<(f64, f64, f64)> {
 
 const TCLAB_RUNS: [&str; 3] = ["augmented_arx", "constrained_ml_1", "reg_cons_ml"];
 
-/// Heater and sensor settle in about 150 s open loop and 50 to 100 s closed loop: 100 s after a set-point step
-/// are left out; the set-point changes every 300 s, so windows of 50 s leave four a step: 210 in three runs. They
-/// are worth far fewer, because the second heater's set-point moves the first one's effort by +-2 sigma between
-/// steps and stays there (neighbours correlate by 0.5): k = 1 looks past what stays below 1 sigma, h = 8 is twice
-/// what independent windows would need for a false alarm in a day.
+/// The closed loop settles in 50 to 100 s: so long is left out after a set-point step. Set-points change every
+/// 300 s, so windows of 50 s leave four a step: 210 in three runs. They are worth 75, because the second heater's
+/// set-point moves the first one's effort by up to 2 sigma and stays there for a whole step; k = 1 looks for
+/// shifts of 2 sigma, that is 6.5 % of heater. r does not move within a window: there is no activity to judge by.
 fn tclab_settings() -> Settings {
     let calibrate = Options {
         window_s: Some(50.0),
@@ -134,7 +134,7 @@ fn tclab_settings() -> Settings {
 fn tclab_load_and_sensor_steps_are_raised() {
     let Some(folder) = folder("tclab") else { return };
     let settings = tclab_settings();
-    let config = settings.calibrate(&TCLAB_RUNS.map(|run| folder.join(format!("sp_{run}.csv"))));
+    let config = settings.config(&TCLAB_RUNS.map(|run| folder.join(format!("sp_{run}.csv"))));
     let (mut hits, mut steps, mut falses, mut drifts) = (0, 0, 0, 0);
     for run in TCLAB_RUNS {
         let name = format!("dist_{run}");
@@ -175,10 +175,13 @@ fn tclab_load_and_sensor_steps_are_raised() {
                 row(&name, "none", &format!("false: {}", say(course)));
             }
         }
-        for c in courses(&summary).filter(|c| c.kind != ChannelKind::Effort) { println!("   {}", say(c)); }
-        drifts += courses(&summary).filter(|c| c.outcome == EventKind::Drift).count();
+        // Three load steps within 900 s, and a slow way back from each: longer than confirm_hops is a drift.
+        for course in courses(&summary).filter(|c| c.outcome == EventKind::Drift) {
+            drifts += usize::from(course.kind == ChannelKind::Effort);
+            row(&name, "six steps", &format!("called drift: {}", say(course)));
+        }
     }
-    println!("{hits} of {steps} steps hit within 150 s, {falses} false, {drifts} called drift");
+    println!("{hits} of {steps} steps hit within 150 s, {falses} false, {drifts} called drift by the effort");
     assert_eq!((hits, steps), (18, 18));
     assert_eq!((falses, drifts), (0, 0));
 }
@@ -192,7 +195,7 @@ fn tclab_set_point_changes_are_told_apart() {
     let mut falses = 0;
     for run in TCLAB_RUNS {
         let others: Vec<_> = TCLAB_RUNS.iter().filter(|r| **r != run).map(|r| path(r)).collect();
-        let summary = settings.watch(&path(run), &settings.calibrate(&others));
+        let summary = settings.watch(&path(run), &settings.config(&others));
         let [energy_error, effort, _] = summary.channels;
         let found = format!(
             "{} false; max |z| {:.1} energy_error, {:.1} effort, {} of {} windows left out after steps",
@@ -211,69 +214,121 @@ fn tclab_set_point_changes_are_told_apart() {
     assert_eq!(falses, 0);
 }
 
-#[test]
-fn ahu() {
-    let Some(folder) = folder("ahu") else { return };
-    for columns in ["y=y", "y=t_mixed", "y=t_outdoor"] {
-        println!("#### {columns}");
-        let settings = Settings {
-            calibrate: Options {
-                window_s: Some(1800.0),
-                false_alarm_every_h: 240.0,
-                channels: [columns == "y=y", true, false],
-                saturation: Some([0.0, 1.0]),
-                confirm_hops: 6,
-                ..Options::default()
-            },
-            read: ReadOptions {
-                columns: columns.parse().unwrap(),
-                when: vec!["occupied=1".parse().unwrap()],
-                ..ReadOptions::default()
-            },
-        };
-        let days = ["2008-08-19", "2008-08-25", "2009-05-03", "2009-05-04"];
-        let path = |day: &str| folder.join(format!("ers_{day}_nofault.csv"));
-        let tell = |name: &str, injected: &str, summary: &Summary| {
-            let [ee, effort, _] = summary.channels;
-            let found: Vec<String> = courses(summary).map(say).collect();
-            row(
-                name,
-                injected,
-                &format!("mean z ee {:.2} effort {:.2}; {}", ee.mean_z, effort.mean_z, found.join(", ")),
-            );
-        };
-        let leak = folder.join("ers_2007-08-29_leak1p0gpm.csv");
-        for day in days {
-            let others: Vec<_> = days.iter().filter(|d| **d != day).map(|d| path(d)).collect();
-            let config = settings.calibrate(&others);
-            tell(day, "none (unseen)", &settings.watch(&path(day), &config));
-            tell(&format!("leak, without {day}"), "leak", &settings.watch(&leak, &config));
-        }
-        let config = settings.calibrate(&days.map(path));
-        tell("leak", "leak", &settings.watch(&leak, &config));
-    }
+const AHU_DAYS: [&str; 4] = ["2008-08-19", "2008-08-25", "2009-05-03", "2009-05-04"];
+
+/// A day has 720 occupied minutes; the load on the coil changes over hours and the valve takes some ten minutes, so
+/// windows are half an hour, and three hours are the longest disturbance to be expected. Four days are worth 9 to
+/// 22 independent windows: no threshold can promise 240 h and 90 % on them and still see anything (h > 50). What
+/// is asked for is one false alarm in 48 occupied hours, kept by one half of all such calibrations.
+fn ahu_settings(operating_point: &str, promise: (f64, f64)) -> Settings {
+    let is_y = operating_point == "y";
+    let calibrate = Options {
+        window_s: Some(1800.0),
+        false_alarm_every_h: promise.0,
+        confidence: promise.1,
+        // With another signal in place of y there is no error to speak of.
+        channels: [is_y, true, false],
+        saturation: Some([0.0, 1.0]),
+        confirm_hops: 6,
+        ..Options::default()
+    };
+    let read = ReadOptions {
+        columns: format!("y={operating_point}").parse().unwrap(),
+        when: vec!["occupied=1".parse().unwrap()],
+        ..ReadOptions::default()
+    };
+    Settings { calibrate, read }
 }
 
+fn ahu_paths(folder: &Path) -> ([PathBuf; 4], PathBuf) {
+    let healthy = AHU_DAYS.map(|day| folder.join(format!("ers_{day}_nofault.csv")));
+    (healthy, folder.join("ers_2007-08-29_leak1p0gpm.csv"))
+}
+
+fn ahu_row(name: &str, injected: &str, summary: &Summary) {
+    let [energy_error, effort, _] = summary.channels;
+    let found: Vec<String> = courses(summary).map(say).collect();
+    let found = if found.is_empty() { "not raised".into() } else { found.join("; ") };
+    let z = format!("mean z {:.2} energy_error, {:.2} effort", energy_error.mean_z, effort.mean_z);
+    row(name, injected, &format!("{found} ({z})"));
+}
+
+/// The supply air is held all the same, so y says nothing about the load: against y the effort of the leak day is
+/// 1 sigma up, and so is that of a hot day. It is the channel that moves, and four days can't carry a verdict on it.
 #[test]
-fn emps() {
-    let Some(folder) = folder("emps") else { return };
-    let settings = Settings {
-        calibrate: Options {
-            window_s: Some(0.775),
-            k: 1.0,
-            false_alarm_every_h: 0.1,
-            effort: Effort::Motion,
-            saturation: Some([-10.0, 10.0]),
-            ..Options::default()
-        },
-        read: ReadOptions::default(),
-    };
-    let config = settings.calibrate(&[folder.join("emps_train.csv")]);
-    for run in ["emps_train", "emps_pulses", "emps_pulses_ctrl"] {
-        let summary = settings.watch(&folder.join(format!("{run}.csv")), &config);
-        println!("{}", drift_sim::monitor::screen(&summary, None));
-        for c in courses(&summary) {
-            row(run, "", &say(c));
-        }
+fn ahu_leak_against_y_shows_in_the_effort_but_proves_nothing() {
+    let Some(folder) = folder("ahu") else { return };
+    let (healthy, leak) = ahu_paths(&folder);
+    let settings = ahu_settings("y", (48.0, 0.5));
+    let config = settings.config(&healthy);
+    for (day, path) in AHU_DAYS.iter().zip(&healthy) {
+        ahu_row(day, "none (calibrated on)", &settings.watch(path, &config));
     }
+    let summary = settings.watch(&leak, &config);
+    ahu_row("2007-08-29", "leak 1.0 GPM", &summary);
+    let [energy_error, effort, _] = summary.channels;
+    assert!(effort.mean_z > 0.8, "{}", effort.mean_z);
+    assert!(energy_error.mean_z.abs() < 0.5, "{}", energy_error.mean_z);
+}
+
+/// Against the outdoor temperature, which is what loads the coil, the same effort channel calls the leak day a
+/// drift, whichever healthy day the calibration has not seen; of the days not seen none is raised to that side.
+#[test]
+fn ahu_leak_against_the_load_is_a_drift_in_the_effort() {
+    let Some(folder) = folder("ahu") else { return };
+    let (healthy, leak) = ahu_paths(&folder);
+    let settings = ahu_settings("t_outdoor", (48.0, 0.5));
+    let high = |c: &&Course| c.side == Side::High;
+    for (i, day) in AHU_DAYS.iter().enumerate() {
+        let seen: Vec<_> =
+            healthy.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, p)| p.clone()).collect();
+        let config = settings.config(&seen);
+        let unseen = settings.watch(&healthy[i], &config);
+        ahu_row(&format!("{day}, not calibrated on"), "none", &unseen);
+        assert_eq!(courses(&unseen).filter(high).count(), 0);
+        let summary = settings.watch(&leak, &config);
+        ahu_row(&format!("2007-08-29, without {day}"), "leak 1.0 GPM", &summary);
+        assert!(courses(&summary).filter(high).any(|c| c.outcome == EventKind::Drift && c.to_s.is_none()));
+    }
+    let summary = settings.watch(&leak, &settings.config(&healthy));
+    ahu_row("2007-08-29", "leak 1.0 GPM", &summary);
+    assert!(summary.channels[1].mean_z > 1.2, "{}", summary.channels[1].mean_z);
+    assert_eq!(summary.worst, Some(EventKind::Drift));
+    let strict = ahu_settings("t_outdoor", (240.0, 0.9));
+    ahu_row("2007-08-29, 240 h at 90 %", "leak 1.0 GPM", &strict.watch(&leak, &strict.config(&healthy)));
+}
+
+/// The reference repeats every 6.2 s: windows of an eighth of that meet the same operating points in every cycle,
+/// 32 in the one healthy run. The pulses push to one side for half of each second, more often than a window can
+/// tell apart, so that single ones can't be counted.
+///
+/// `emps_pulses` is the pulse run with what really drove the motor as u: nothing is wrong there. In
+/// `emps_pulses_ctrl` u is what the controller put out, and the pulses are a hidden load.
+#[test]
+fn emps_hidden_pulses_are_raised_at_once() {
+    let Some(folder) = folder("emps") else { return };
+    let calibrate = Options {
+        window_s: Some(0.775),
+        k: 1.0,
+        false_alarm_every_h: 0.1,
+        effort: Effort::Motion,
+        saturation: Some([-10.0, 10.0]),
+        ..Options::default()
+    };
+    let settings = Settings { calibrate, read: ReadOptions::default() };
+    let config = settings.config(&[folder.join("emps_train.csv")]);
+    let told = settings.watch(&folder.join("emps_pulses.csv"), &config);
+    row("emps_pulses", "25 pulses of 5 V, contained in u", &format!("{} false", courses(&told).count()));
+    assert_eq!(told.worst, None);
+
+    let hidden = settings.watch(&folder.join("emps_pulses_ctrl.csv"), &config);
+    let injected = "25 pulses of 5 V, hidden, from 0.3 s on";
+    for course in courses(&hidden) {
+        row("emps_pulses_ctrl", injected, &say(course));
+    }
+    let [energy_error, effort, activity] = hidden.channels;
+    assert!(hidden.events[0].alarm_s() < 0.8, "in the first window");
+    assert_eq!(activity.worst, Some(EventKind::Drift));
+    assert!(effort.alarms >= 28 && activity.alarms >= 28, "{effort:?} {activity:?}");
+    assert!(energy_error.worst.is_some());
 }

@@ -13,7 +13,7 @@ compile_error!("drift-core needs a square root: enable feature `libm` (exact) or
 mod chosen {
     use micromath::F32Ext;
     pub fn sqrt(x: f32) -> f32 {
-        if !(x > 0.0) {
+        if x.is_nan() || x <= 0.0 {
             // micromath's root of zero is not zero.
             return 0.0;
         }

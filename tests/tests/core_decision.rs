@@ -85,7 +85,7 @@ fn disturbances_end_as_disturbances() {
 /// A disturbance that raised an alarm is reported as ended, within some windows of its end.
 #[test]
 fn the_end_of_a_disturbance_is_said() {
-    for (windows, sigmas, within) in [(5, 5.0, 12), (15, 3.0, 25), (15, 20.0, 5), (1, 20.0, 5), (1, 5.0, 12)]
+    for (windows, sigmas, within) in [(5, 5.0, 12), (15, 3.0, 25), (15, 20.0, 5), (1, 20.0, 5), (1, 10.0, 12)]
     {
         let said = share(1000, |mut stream| {
             let alarmed = (0..windows).map(|_| stream.shifted(sigmas)).max() >= Some(Verdict::Suspect);

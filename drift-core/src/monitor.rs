@@ -5,7 +5,7 @@
 //! as after the first window. Within a block, strips of about the square root of its length are summed apart and
 //! then joined, so that a long block of small samples does not round more than a short one.
 
-use heapless::HistoryBuf;
+use heapless::Vec;
 
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Config, ConfigError};
@@ -47,7 +47,10 @@ enum Link {
 #[derive(Debug, Clone)]
 pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> {
     config: &'c Config<N, C>,
-    ring: HistoryBuf<S::Block, B>,
+    /// Closed blocks; once it is full, `oldest` is overwritten. (heapless' own history buffer indexes with a bounds
+    /// check, and with it a panic, that the compiler can't remove.)
+    ring: Vec<S::Block, B, u8>,
+    oldest: u8,
     /// Bit i: the i-th newest block in the ring had enough valid ticks.
     valid_blocks: u64,
     open: S::Block,
@@ -97,7 +100,8 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         config.validate::<S>(B)?;
         Ok(Self {
             config,
-            ring: HistoryBuf::new(),
+            ring: Vec::new(),
+            oldest: 0,
             valid_blocks: 0,
             open: S::EMPTY,
             strip: S::EMPTY,
@@ -172,7 +176,8 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
-        self.ring = HistoryBuf::new();
+        self.ring.clear();
+        self.oldest = 0;
         self.valid_blocks = 0;
         self.start_block();
         self.blocks_to_hop = self.config.hop_blocks;
@@ -260,6 +265,22 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.tick_in_block = 0;
     }
 
+    fn store(&mut self, block: S::Block) {
+        let Err(block) = self.ring.push(block) else { return };
+        if let Some(oldest) = self.ring.get_mut(usize::from(self.oldest)) {
+            *oldest = block;
+        }
+        let next = self.oldest.wrapping_add(1);
+        self.oldest = if usize::from(next) < B { next } else { 0 };
+    }
+
+    /// The stored blocks, oldest first.
+    fn stored(&self) -> impl Iterator<Item = &S::Block> {
+        let oldest = usize::from(self.oldest);
+        self.ring.iter().skip(oldest).chain(self.ring.iter().take(oldest))
+    }
+
+    #[inline(never)]
     fn close_block(&mut self) -> Option<Report<C>> {
         self.join_strip();
         let whole = self.config.block_ticks;
@@ -270,7 +291,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             let coverage = Coverage { whole, valid, paired, time_left_out: self.time_left_out };
             S::extrapolate(&mut self.open, &coverage);
         }
-        self.ring.write(self.open);
+        self.store(self.open);
         self.valid_blocks = (self.valid_blocks << 1) | u64::from(enough);
         self.start_block();
         self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
@@ -328,7 +349,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let mut total = Indices::NOT_KEPT;
         S::begin(&mut total);
         let older = self.ring.len().saturating_sub(blocks as usize);
-        for (place, block) in (0..blocks).zip(self.ring.oldest_ordered().skip(older)) {
+        for (place, block) in (0..blocks).zip(self.stored().skip(older)) {
             if block_is_valid(place) {
                 S::fold(&mut total, block, offset_ticks(place));
             }
@@ -375,7 +396,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             to.u32(self.hop);
             S::write(&self.open, to);
             S::write(&self.strip, to);
-            self.ring.oldest_ordered().for_each(|block| S::write(block, to));
+            self.stored().for_each(|block| S::write(block, to));
             for channel in &self.channels {
                 channel.detectors.write(to);
                 channel.course.write(to);
@@ -428,7 +449,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             return None;
         }
         for _ in 0..blocks {
-            self.ring.write(S::read(from)?);
+            self.store(S::read(from)?);
         }
         for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
             state.detectors =

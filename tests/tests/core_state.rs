@@ -5,6 +5,7 @@ use drift_core::{
     Monitor, Number, Pair, PairMonitor, Report, Shewhart, Sprt, StateError,
 };
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -256,6 +257,11 @@ fn commissioning_survives_a_reset() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig {
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
     /// Bytes that pass the checksum but were never written by a monitor: refused or harmless.
     #[test]
     fn random_bytes_with_a_valid_checksum_are_refused_or_harmless(

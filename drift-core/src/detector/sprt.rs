@@ -74,8 +74,8 @@ impl Sprt {
     fn advance(&self, ratio: &mut f32, increment: f32) -> bool {
         *ratio += increment;
         let alarm = *ratio >= self.upper;
-        // The other way round also catches NaN, the difference of two overflows: no state may stay poisoned.
-        if alarm || !(*ratio > self.lower) {
+        // NaN, the difference of two overflows, starts anew as well: no state may stay poisoned.
+        if alarm || ratio.is_nan() || *ratio <= self.lower {
             *ratio = 0.0;
         }
         alarm

@@ -117,9 +117,9 @@ pub fn watch(
     let mut runner = Runner::new(config, stream.sample_time_s()).map_err(|e| e.in_file(&name))?;
     let mut tally = Tally::new(config);
     let bytes = |stream: &RecordingStream| stream.bytes_read();
-    let mut index = 0;
+    let mut index = 0u64;
     loop {
-        if let Some(progress) = outputs.progress.filter(|_| index % PROGRESS_EVERY == 0) {
+        if let Some(progress) = outputs.progress.filter(|_| index.is_multiple_of(PROGRESS_EVERY)) {
             progress(bytes(stream));
         }
         let Some(sample) = stream.next()? else { break };

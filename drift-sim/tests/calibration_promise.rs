@@ -5,7 +5,7 @@
 use drift_core::{Channel, ChannelKind, Config, CusumState, Index};
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
 use drift_sim::calibrate::{Calibration, Effort, Options, Signals, calibrate};
-use drift_sim::loop_file;
+use drift_sim::control_loop::Loop;
 use drift_sim::reference::Reference;
 use drift_sim::simulate::Simulation;
 use rayon::prelude::*;
@@ -108,7 +108,7 @@ struct Run {
 impl Case {
     /// Healthy windows in full, after a settling time.
     fn run(&self, windows: usize, seed: u64) -> Run {
-        let model = loop_file::parse(self.file, "case.toml").unwrap();
+        let model = Loop::parse(self.file, "case.toml").unwrap();
         let mut simulation = Simulation::new(&model, seed).unwrap();
         let mut reference = Reference::random(self.mean, self.sd, self.hold_ticks, seed);
         let settle = 2 * self.window_ticks;
@@ -250,7 +250,7 @@ fn explore() {
             continue;
         }
         let t = std::time::Instant::now();
-        let pool = case.pool(20, 5000);
+        let pool = case.pool(20, 3000);
         println!("pool {:?}", t.elapsed());
         let c = case.calibrate(2000, 500.0, 77);
         println!("{:#?}", c.cost);
@@ -266,9 +266,9 @@ fn explore() {
             );
         }
         println!("{:?}", c.warnings);
-        for n in [500.0, 2000.0] {
+        for n in [500.0] {
             let t = std::time::Instant::now();
-            measure(&case, &pool, n, 16, 100);
+            measure(&case, &pool, n, 10, 60);
             println!("{:?}", t.elapsed());
         }
     }

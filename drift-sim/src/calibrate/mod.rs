@@ -17,6 +17,7 @@ mod marginal;
 mod process;
 pub mod regression;
 mod run_length;
+mod summary;
 mod thresholds;
 pub mod timing;
 mod windows;
@@ -339,6 +340,11 @@ fn longest_lag(n: usize, overlap: usize) -> usize {
     (8.max(4 * overlap)).min(n / 8).min(100)
 }
 
+/// Order of the residuals' autoregression, windows.
+fn memory(n: usize, overlap: usize) -> usize {
+    (6.max(3 * (overlap - 1))).min(n / 25).min(60)
+}
+
 fn set_thresholds(
     channels: &mut [ChannelFit],
     windows: &windows::Windows,
@@ -362,7 +368,7 @@ fn set_thresholds(
     }
     let columns: Vec<Vec<f64>> =
         channels.iter().map(|c| c.fit.residuals.iter().map(|e| e / c.fit.rmse).collect()).collect();
-    let process = process::Process::fit(&columns, &windows.stretches, longest_lag(n, overlap));
+    let process = process::Process::fit(&columns, &windows.stretches, memory(n, overlap));
     let (choice, k) = (options.detectors, options.k);
     let calibrations = caution::Calibrations::simulate(&process, choice, k, n);
     let designed = calibrations.cautious(decisions, options.confidence);

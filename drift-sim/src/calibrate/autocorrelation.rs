@@ -35,7 +35,8 @@ pub fn effective_size(n: usize, integrated_time: f64) -> f64 {
 }
 
 /// The integrated autocorrelation time of a long signal, samples, from the scatter of ever longer batches' means: one
-/// pass, whatever the correlation's length. NaN leaves its pair out.
+/// pass, whatever the correlation's length. The longest of all scales is taken, since a slow part may hide behind a fast one. What
+/// is not finite is left out.
 pub fn batch_time(signal: &[f64]) -> f64 {
     let mut means: Vec<f64> = signal.iter().copied().filter(|x| x.is_finite()).collect();
     let variance = variance(&means);
@@ -46,9 +47,6 @@ pub fn batch_time(signal: &[f64]) -> f64 {
     while means.len() >= 64 {
         let time = batch * self::variance(&means) / variance;
         longest = longest.max(time);
-        if batch >= 10.0 * longest {
-            break;
-        }
         means = means.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
         batch *= 2.0;
     }
@@ -141,7 +139,7 @@ mod tests {
             assert!((n_effective * theory.max(1.0) / 1e5 - 1.0).abs() < 0.1, "{phi}: {n_effective}");
             if phi >= 0.0 {
                 let found = batch_time(&series);
-                assert!((0.85..1.3).contains(&(found / theory)), "{phi}: {found} {theory}");
+                assert!((0.85..1.7).contains(&(found / theory)), "{phi}: {found} {theory}");
             }
         }
     }

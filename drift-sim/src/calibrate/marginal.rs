@@ -45,7 +45,8 @@ impl Marginal {
             right += row * *z;
         }
         let c = normal.cholesky().map_or(nalgebra::Vector4::new(0.0, 1.0, 0.0, 0.0), |m| m.solve(&right));
-        Self::new([c[0], c[1], c[2], c[3]])
+        // Few windows often look lighter-tailed than they are: never believed, since a limit would hang on it.
+        Self::new([c[0], c[1], c[2], c[3].max(0.0)])
     }
 
     pub(super) fn at(&self, g: f64) -> f64 {

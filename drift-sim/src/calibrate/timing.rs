@@ -22,7 +22,7 @@ pub struct Choice {
     pub timing: Timing,
     /// Why this window, in a sentence, where it was chosen here.
     pub reason: Option<String>,
-    /// The longer of e's and u's correlation time, s.
+    /// The longest correlation time of e, |e|, u and r, s.
     pub correlation_s: f64,
 }
 
@@ -61,11 +61,12 @@ fn whole_ticks(name: &str, s: f64, sample_time_s: f64) -> Result<u64> {
     Ok(whole as u64)
 }
 
-/// The longer of the correlation times of e and u, the longest of the recordings', ticks.
+/// The longest of the correlation times of e, of |e| (which an index integrates), of u and of r, ticks.
 fn correlation_ticks(recordings: &[Signals<'_>]) -> f64 {
     let of = |signals: &Signals<'_>| {
         let e: Vec<f64> = signals.r.iter().zip(signals.y).map(|(r, y)| r - y).collect();
-        batch_time(&e).max(batch_time(signals.u))
+        let magnitude: Vec<f64> = e.iter().map(|e| e.abs()).collect();
+        [&e[..], &magnitude, signals.u, signals.r].into_iter().map(batch_time).fold(1.0, f64::max)
     };
     recordings.iter().map(of).fold(1.0, f64::max)
 }
@@ -93,7 +94,7 @@ fn default_window(
     let times = window as f64 / correlation;
     let shorter = if wanted > most { ", as long as leaves 30 windows" } else { "" };
     let reason = format!(
-        "window {} s chosen: {times:.0} correlation times of e or u ({} s){shorter}",
+        "window {} s chosen: {times:.0} correlation times of e, u or r ({} s){shorter}",
         round(window as f64 * sample_time_s),
         round(correlation * sample_time_s),
     );

@@ -40,7 +40,7 @@ pub fn effective_size(n: usize, integrated_time: f64) -> f64 {
 pub fn batch_time(signal: &[f64]) -> f64 {
     let mut means: Vec<f64> = signal.iter().copied().filter(|x| x.is_finite()).collect();
     let variance = variance(&means);
-    if !(variance > 0.0) {
+    if variance.is_nan() || variance <= 0.0 {
         return 1.0;
     }
     let (mut batch, mut longest) = (1.0, 1.0f64);

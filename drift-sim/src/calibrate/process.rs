@@ -152,7 +152,7 @@ mod tests {
         ]);
         truth.mixing = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.6, 0.8]);
         let series = truth.simulate(20_000, 1, 0);
-        let found = Process::fit(&series, &[0..20_000], 8);
+        let found = Process::fit(&series, std::slice::from_ref(&(0..20_000)), 8);
         assert!((found.mixing[(1, 0)] - 0.6).abs() < 0.03, "{}", found.mixing);
         for (found, truth) in found.channels.iter().zip(&truth.channels) {
             assert!((found.memory.phi[0] - 0.4).abs() < 0.04, "{:?}", found.memory);

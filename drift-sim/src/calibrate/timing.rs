@@ -50,7 +50,7 @@ pub fn choose(recordings: &[Signals<'_>], options: &Options) -> Result<Choice> {
 fn whole_ticks(name: &str, s: f64, sample_time_s: f64) -> Result<u64> {
     let ticks = s / sample_time_s;
     let whole = ticks.round();
-    if !(s.is_finite() && whole >= 1.0 && whole <= 1e9) {
+    if !(s.is_finite() && (1.0..=1e9).contains(&whole)) {
         return Err(Error::new(format!("{name} {s} s is {ticks} samples")).allowed("1 to 1e9 samples"));
     }
     if (ticks - whole).abs() > 1e-6 * whole {
@@ -113,7 +113,7 @@ fn two_digits(n: u64) -> u64 {
 fn blocks(window: u64, hop: u64, sample_time_s: f64) -> Result<(u32, u16, u16)> {
     let common = gcd(window, hop);
     let fits = |block: u64, most: u64| {
-        common % block == 0
+        common.is_multiple_of(block)
             && block <= LONGEST_BLOCK
             && window / block <= most
             && hop / block <= u64::from(u16::MAX)
@@ -143,7 +143,7 @@ fn nearest(window: u64, hop: u64) -> Option<(u64, u64)> {
     let possible = |window: u64, hop: u64| {
         let block = gcd(window, hop);
         let block = if block > LONGEST_BLOCK {
-            (1..=LONGEST_BLOCK).rev().find(|b| block % b == 0).unwrap_or(1)
+            (1..=LONGEST_BLOCK).rev().find(|b| block.is_multiple_of(*b)).unwrap_or(1)
         } else {
             block
         };

@@ -22,7 +22,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
     Design(design::Arguments),
     Simulate(simulate::Arguments),
 }

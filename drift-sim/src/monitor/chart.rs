@@ -43,13 +43,19 @@ impl Chart {
     /// Draws it.
     pub fn figure(&self, summary: &Summary) -> Figure {
         let end_s = summary.start_s + summary.duration_s();
-        let events = || summary.events.iter().map(|e| shade(e.kind(), e.from_s(), e.to_s().unwrap_or(end_s)));
+        let (unit, per_unit) = time_unit(summary.duration_s());
+        let scaled = |thinned: &Thinned| -> Vec<(f64, f64)> {
+            thinned.points().into_iter().map(|(t, x)| (t / per_unit, x)).collect()
+        };
+        let shade =
+            |kind, from: f64, to: Option<f64>| shade(kind, from / per_unit, to.unwrap_or(end_s) / per_unit);
+        let events = || summary.events.iter().map(|e| shade(e.kind(), e.from_s(), e.to_s()));
         let mut panels = vec![
             panel(
                 "r, y",
                 vec![
-                    Layer::line("y", Colour::Blue, self.y.points()),
-                    Layer::dashed("r", Colour::Black, self.r.points()),
+                    Layer::line("y", Colour::Blue, scaled(&self.y)),
+                    Layer::dashed("r", Colour::Black, scaled(&self.r)),
                 ]
                 .into_iter()
                 .chain(events())
@@ -57,14 +63,14 @@ impl Chart {
             ),
             panel(
                 "u",
-                std::iter::once(Layer::line("u", Colour::Green, self.u.points())).chain(events()).collect(),
+                std::iter::once(Layer::line("u", Colour::Green, scaled(&self.u))).chain(events()).collect(),
             ),
         ];
         for (z, channel) in self.z.iter().zip(&self.config.channels) {
             let mut layers = vec![Layer::line(
                 format!("{} residual, sigmas", channel.kind.name()),
                 Colour::Purple,
-                z.points(),
+                scaled(z),
             )];
             if let Some(limits) = channel.detectors.shewhart {
                 for (limit, name) in [(limits.upper, "Shewhart limits"), (limits.lower, "")] {
@@ -78,15 +84,25 @@ impl Chart {
             }
             let courses = summary.events.iter().flat_map(|e| &e.courses);
             let own = courses.filter(|c| c.kind == channel.kind);
-            layers.extend(own.map(|c| shade(c.outcome, c.from_s, c.to_s.unwrap_or(end_s))));
+            layers.extend(own.map(|c| shade(c.outcome, c.from_s, c.to_s)));
             panels.push(panel(&format!("{} z", channel.kind.name()), layers));
         }
         if let Some(last) = panels.last_mut() {
-            last.x_label = "t / s".into();
+            last.x_label = format!("t / {unit}");
         }
         let path = std::path::Path::new(&summary.recording);
         let name = path.file_name().map_or(summary.recording.clone(), |n| n.to_string_lossy().into_owned());
         Figure::stacked(name, panels)
+    }
+}
+
+/// The unit in which a recording of this length reads best, and its seconds.
+fn time_unit(duration_s: f64) -> (&'static str, f64) {
+    match duration_s {
+        d if d >= 10.0 * 86_400.0 => ("d", 86_400.0),
+        d if d >= 3.0 * 3600.0 => ("h", 3600.0),
+        d if d >= 600.0 => ("min", 60.0),
+        _ => ("s", 1.0),
     }
 }
 

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+mod demo;
 mod design;
 mod monitor;
 #[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
@@ -23,6 +24,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::Arguments),
     Calibrate(Box<calibrate::Arguments>),
     Design(design::Arguments),
     Simulate(simulate::Arguments),
@@ -33,6 +35,7 @@ enum Command {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

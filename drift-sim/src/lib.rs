@@ -2,10 +2,17 @@
 //! others, and reproduces the paper that the method comes from.
 #![forbid(unsafe_code)]
 
+pub mod control_loop;
+pub mod controller;
 pub mod design;
 pub mod error;
+pub mod loop_file;
 pub mod output;
+pub mod physics;
+pub mod plant;
 pub mod plot;
 pub mod recording;
+pub mod reference;
+pub mod simulate;
 
 pub use error::{Error, Result};

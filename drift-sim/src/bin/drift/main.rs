@@ -6,6 +6,7 @@ mod design;
 mod progress;
 #[allow(dead_code, reason = "flattened into the commands that read recordings")]
 mod recording_arguments;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -22,6 +23,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Design(design::Arguments),
+    Simulate(simulate::Arguments),
 }
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
         Command::Design(arguments) => design::run(arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
     };
     match done {
         Ok(code) => code,

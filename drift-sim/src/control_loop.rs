@@ -1,0 +1,128 @@
+//! A loop: controller + plant + sensor + measured inputs + a list of physics terms.
+
+use crate::controller::Controller;
+use crate::physics::{Term, UnitNames, Units};
+use crate::plant::{Plant, StateSpace};
+use crate::{Error, Result};
+
+/// A control loop as the loop file states it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loop {
+    /// Time between samples in seconds, > 0.
+    pub sample_time_s: f64,
+    /// Names of units, for reports.
+    pub units: Units,
+    /// The control law.
+    pub controller: Controller,
+    /// The nominal plant.
+    pub plant: Plant,
+    /// The sensor as it is when healthy.
+    pub sensor: Sensor,
+    /// Measured signals that enter the loop besides r.
+    pub inputs: Vec<Input>,
+    /// Physics on top of the nominal model. Within one place, terms act in this order.
+    pub physics: Vec<Term>,
+}
+
+/// The sensor as it is when healthy.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sensor {
+    /// Standard deviation of the white noise that it adds, in the unit of y; 0 for none.
+    pub noise: f64,
+}
+
+/// A measured signal that enters the loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// Its column in recordings.
+    pub column: String,
+    /// Where it enters.
+    pub enters: Enters,
+    /// What it is multiplied by.
+    pub gain: f64,
+}
+
+/// Where a measured signal enters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Enters {
+    /// Added after the controller's own output.
+    Actuator,
+    /// Subtracted from the plant's drive.
+    Load,
+    /// Added to y.
+    Sensor,
+}
+
+impl Enters {
+    /// All, as the loop file names them.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("actuator", Self::Actuator), ("load", Self::Load), ("sensor", Self::Sensor)];
+}
+
+impl Loop {
+    /// The closed loop of the paper (its section 4, eq. 10-12): two complex modes and a real one, PI 300/100 at 1 ms.
+    pub fn paper() -> Self {
+        let (sigma, omega, lambda) = (-0.2, 2.0, -0.5);
+        let a = vec![vec![sigma, omega, 0.0], vec![-omega, sigma, 0.0], vec![0.0, 0.0, lambda]];
+        let plant = StateSpace { a, b: vec![1.0, 0.0, 0.0], c: vec![1.0, 0.0, 0.0], d: 0.0 };
+        let limits = crate::controller::Limits::NONE;
+        Self {
+            sample_time_s: 0.001,
+            units: Units::default(),
+            controller: Controller::Pi(crate::controller::Pi {
+                kp: 300.0,
+                ki: 100.0,
+                limits,
+                anti_windup: true,
+            }),
+            plant: Plant::StateSpace(plant),
+            sensor: Sensor::default(),
+            inputs: Vec::new(),
+            physics: Vec::new(),
+        }
+    }
+
+    /// The units that parameters are built from.
+    pub fn unit_names(&self) -> UnitNames {
+        UnitNames::new(&self.units, &self.plant)
+    }
+
+    /// The same loop with one more term.
+    #[must_use]
+    pub fn with(mut self, term: Term) -> Self {
+        self.physics.push(term);
+        self
+    }
+
+    /// Whether every term is sound and can act on this plant.
+    ///
+    /// # Errors
+    /// The first that is or can not.
+    pub fn check(&self) -> Result<()> {
+        self.physics.iter().try_for_each(|term| self.check_term(term))
+    }
+
+    /// Whether a term is sound and can act on this plant.
+    ///
+    /// # Errors
+    /// It is or can not; the message names the plants that it can act on.
+    pub fn check_term(&self, term: &Term) -> Result<()> {
+        term.check()?;
+        if !(term.kind.applies)(&self.plant) {
+            return Err(Error::new(format!("{} can't act on a {} plant", term.kind.name, self.plant.kind()))
+                .allowed(format!("physics for this plant: {}", kinds_for(&self.plant))));
+        }
+        if (term.kind.name == "injected_signal") == term.spans.is_empty() {
+            let what = if term.spans.is_empty() { "needs spans" } else { "takes no spans" };
+            return Err(Error::new(format!("{} {what}", term.kind.name))
+                .allowed("spans = [[from, to], ...] in seconds, for injected_signal alone"));
+        }
+        Ok(())
+    }
+}
+
+/// The names of the kinds that can act on a plant.
+fn kinds_for(plant: &Plant) -> String {
+    let fit = crate::physics::KINDS.iter().filter(|kind| (kind.applies)(plant));
+    fit.map(|kind| kind.name).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,58 @@
+//! Cogging: a force that repeats over position (magnets, a screw's pitch, an unbalanced wheel),
+//! `amplitude*sin(2 pi x/period + phase)` against the drive. Where y is a speed, x is its integral from the start.
+
+use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "cogging",
+    place: Place::Plant,
+    parameters: &[
+        Parameter { name: "amplitude", unit: "{drive}", range: Range::NotNegative },
+        Parameter { name: "period", unit: "{position}", range: Range::Positive },
+        Parameter { name: "phase", unit: "rad", range: Range::Any },
+    ],
+    applies: is_servo,
+    consistent: any_values,
+    effect: |p, _| {
+        Box::new(Cogging { amplitude: p[0], wave_number: std::f64::consts::TAU / p[1], phase: p[2] })
+    },
+    starts: starts,
+    excitation: "Slow motion over several periods.",
+    ties: &["periodic_load"],
+    experiment: "Repeat the motion at half the speed: cogging keeps its period over position, a periodic load keeps it over time.",
+    says: |p, units| {
+        format!(
+            "A force of {} repeats every {} of travel; the model has none.",
+            shown(p[0], &units.drive),
+            shown(p[1], &units.position)
+        )
+    },
+};
+
+#[derive(Clone)]
+struct Cogging {
+    amplitude: f64,
+    wave_number: f64,
+    phase: f64,
+}
+
+impl Effect for Cogging {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Force]
+    }
+
+    fn force(&self, motion: Motion) -> f64 {
+        -self.amplitude * libm::sin(self.wave_number * motion.position + self.phase)
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+fn starts(s: &Signature) -> Vec<Vec<f64>> {
+    let amplitude = if s.peak_amplitude > 0.0 { s.peak_amplitude } else { 0.3 * s.drive_scale };
+    let period = if s.pitch > 0.0 { s.pitch } else { 0.5 * s.y_scale.max(1e-300) };
+    // Four phases: from at least one of them the nearest optimum is downhill.
+    (0..4).map(|quarter| vec![amplitude, period, std::f64::consts::FRAC_PI_2 * f64::from(quarter)]).collect()
+}

@@ -1,0 +1,40 @@
+//! A controller whose gains are not the stated ones: all of them (kp, ki, kd; for the cascade its overall gain) times
+//! `ratio`. The integrator stays where it is at the onset.
+
+use super::signature::singles;
+use super::{
+    Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+};
+
+pub(super) static KIND: Kind = Kind {
+    name: "controller_gain",
+    place: Place::Controller,
+    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::Any }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(ControllerGain { ratio: p[0] }),
+    starts: |s| singles(Signature::or_ratios(s.gain_ratio, &[0.7, 1.4])),
+    excitation: "An error that is not zero.",
+    ties: &["gain_loss"],
+    experiment: "Replay the stated law on the recorded r and y: its u must be the recorded one.",
+    says: |p, _| format!("The controller's gains are {} times the stated ones.", shown(p[0], "1")),
+};
+
+#[derive(Clone)]
+struct ControllerGain {
+    ratio: f64,
+}
+
+impl Effect for ControllerGain {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Numbers]
+    }
+
+    fn numbers(&self, numbers: &mut Numbers) {
+        numbers.law_ratio *= self.ratio;
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

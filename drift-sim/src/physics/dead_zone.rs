@@ -1,0 +1,39 @@
+//! A dead zone: nothing reaches the plant while `|u| <= half_width`; outside, u less the half width.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "dead_zone",
+    place: Place::Actuator,
+    parameters: &[Parameter { name: "half_width", unit: "{u}", range: Range::NotNegative }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(DeadZone { half_width: p[0] }),
+    starts: |s| singles(Signature::or_fractions(s.dead_band, s.u_scale)),
+    excitation: "u that passes through zero.",
+    ties: &["backlash", "coulomb_friction"],
+    experiment: "Sweep u slowly through zero, up and down: a dead zone has one curve, backlash has two.",
+    says: |p, units| {
+        format!("Nothing reaches the plant while u is within {} of zero.", shown(p[0], &units.u))
+    },
+};
+
+#[derive(Clone)]
+struct DeadZone {
+    half_width: f64,
+}
+
+impl Effect for DeadZone {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Actuator]
+    }
+
+    fn actuator(&mut self, _: f64, u: f64) -> f64 {
+        u - u.clamp(-self.half_width, self.half_width)
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,40 @@
+//! Dead time on top of the model's own; it need not be a multiple of the sample time. Simulated between actuator and
+//! plant; in a linear loop it could as well be in the sensor.
+
+use super::signature::singles;
+use super::{
+    Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+};
+
+pub(super) static KIND: Kind = Kind {
+    name: "delay",
+    place: Place::Loop,
+    parameters: &[Parameter { name: "delay_s", unit: "s", range: Range::NotNegative }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(Delay { delay_s: p[0] }),
+    starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
+    excitation: "Sharp edges in r.",
+    ties: &["unmodelled_lag", "controller_delay"],
+    experiment: "Step the reference sharply and look at the first samples: a delay waits, a lag begins at once.",
+    says: |p, _| format!("The loop is {} later than the model.", shown(p[0], "s")),
+};
+
+#[derive(Clone)]
+struct Delay {
+    delay_s: f64,
+}
+
+impl Effect for Delay {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Numbers]
+    }
+
+    fn numbers(&self, numbers: &mut Numbers) {
+        numbers.delay_s += self.delay_s;
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

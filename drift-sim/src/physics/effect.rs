@@ -1,0 +1,125 @@
+//! What a term does to a running simulation: a few hooks, each named up front so that the loop calls no other.
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::plant::Plant;
+
+/// What a hook of an effect is called for. Within a place, effects act in the order of the loop's terms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hook {
+    /// [`Effect::numbers`], once when the term begins.
+    Numbers,
+    /// [`Effect::command`], every sample.
+    Command,
+    /// [`Effect::actuator`], every sample.
+    Actuator,
+    /// [`Effect::filter`], every sub-step.
+    Filter,
+    /// [`Effect::load`], every sub-step.
+    Load,
+    /// [`Effect::force`], twice every sub-step.
+    Force,
+    /// [`Effect::friction`], every sub-step.
+    Friction,
+    /// [`Effect::friction`] that depends on the speed or on the load: evaluated twice every sub-step.
+    VaryingFriction,
+    /// [`Effect::sensor`], every sample, on what the sensor takes in: before its own noise is added.
+    Sense,
+    /// [`Effect::sensor`], every sample, on what the sensor shows: after its own noise is added.
+    Sensor,
+}
+
+/// What an effect is built with.
+pub struct Context<'a> {
+    /// The loop's sample time, in seconds.
+    pub sample_time_s: f64,
+    /// The sub-step over which [`Effect::filter`] is called, in seconds.
+    pub substep_s: f64,
+    /// The nominal plant.
+    pub plant: &'a Plant,
+    /// When the term begins, in seconds.
+    pub onset_s: f64,
+    /// When it acts, where the term says so.
+    pub spans: &'a [(f64, f64)],
+    /// Where its own noise comes from.
+    pub noise: ChaCha8Rng,
+}
+
+/// Where the plant is, for forces that depend on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Servo: position. Others: y.
+    pub position: f64,
+    /// Servo: speed. Others: 0.
+    pub velocity: f64,
+}
+
+/// Numbers of the loop that a term may change for good.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers {
+    /// Servo's inertia.
+    pub inertia: f64,
+    /// Servo's viscous friction.
+    pub viscous: f64,
+    /// All gains of the control law are the stated ones times this.
+    pub law_ratio: f64,
+    /// Dead time between actuator and plant, in seconds.
+    pub delay_s: f64,
+    /// Standard deviation of the sensor's own noise, in the unit of y.
+    pub sensor_noise: f64,
+}
+
+/// A term at work. Only the hooks listed by [`Effect::hooks`] are called, and only once the term has begun; times
+/// are in seconds from the start of the run.
+pub trait Effect: Send + Sync {
+    /// Which of the methods below it uses.
+    fn hooks(&self) -> &'static [Hook];
+
+    /// Changes numbers of the loop.
+    fn numbers(&self, _numbers: &mut Numbers) {}
+
+    /// The controller's output, from what the law gives.
+    fn command(&mut self, u: f64) -> f64 {
+        u
+    }
+
+    /// What leaves the actuator while the controller's `u` is held.
+    fn actuator(&mut self, _t: f64, u: f64) -> f64 {
+        u
+    }
+
+    /// What reaches the plant over a sub-step, as its mean, from what leaves the actuator.
+    fn filter(&mut self, w: f64) -> f64 {
+        w
+    }
+
+    /// A disturbance, subtracted from the drive: its mean over `[t, t + h]`.
+    fn load(&self, _t: f64, _h: f64) -> f64 {
+        0.0
+    }
+
+    /// A force (in the drive's unit) that depends on where the plant is, added to the drive.
+    fn force(&self, _motion: Motion) -> f64 {
+        0.0
+    }
+
+    /// The dry friction available against motion in `direction` (1 or -1) at a speed >= 0 (0: at rest) under
+    /// the transmitted force; >= 0.
+    fn friction(&self, _direction: f64, _speed: f64, _transmitted: f64) -> f64 {
+        0.0
+    }
+
+    /// The measured y, from the true one.
+    fn sensor(&mut self, _t: f64, y: f64) -> f64 {
+        y
+    }
+
+    /// A copy in the same state.
+    fn copy(&self) -> Box<dyn Effect>;
+}
+
+impl Clone for Box<dyn Effect> {
+    fn clone(&self) -> Self {
+        self.copy()
+    }
+}

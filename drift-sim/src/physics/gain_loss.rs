@@ -1,0 +1,47 @@
+//! A weaker actuator: what reaches the plant is `(1 - loss)*u`. Negative loss: a stronger one.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "gain_loss",
+    place: Place::Actuator,
+    parameters: &[Parameter { name: "loss", unit: "1", range: Range::Between(-10.0, 1.0) }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(GainLoss { gain: 1.0 - p[0] }),
+    starts: |s| {
+        let measured = 1.0 - s.gain_ratio;
+        singles(if s.gain_ratio > 0.0 && measured.abs() <= 1.0 {
+            vec![measured]
+        } else {
+            vec![0.2, 0.5, -0.3]
+        })
+    },
+    excitation: "Any motion or load that costs effort.",
+    ties: &["inertia_change", "viscous_friction", "controller_gain"],
+    experiment: "Apply a known load or payload: it anchors the scale of the force.",
+    says: |p, _| {
+        let percent = shown(100.0 * (1.0 - p[0]), "%");
+        format!("The actuator delivers {percent} of what it should.")
+    },
+};
+
+#[derive(Clone)]
+struct GainLoss {
+    gain: f64,
+}
+
+impl Effect for GainLoss {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Actuator]
+    }
+
+    fn actuator(&mut self, _: f64, u: f64) -> f64 {
+        self.gain * u
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,45 @@
+//! More or less mass than the model's (a payload picked up or dropped): the plant's own `inertia` times `ratio`. The
+//! speed stays continuous at the onset.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "inertia_change",
+    place: Place::Plant,
+    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::Between(1e-3, 1e3) }],
+    applies: is_servo,
+    consistent: any_values,
+    effect: |p, _| Box::new(InertiaChange { ratio: p[0] }),
+    starts: |s| {
+        singles(
+            Signature::or_ratios(s.inertia_ratio.clamp(0.0, 1e3), &[0.6, 1.5])
+                .into_iter()
+                .map(|r| r.max(1e-3))
+                .collect(),
+        )
+    },
+    excitation: "Acceleration.",
+    ties: &["gain_loss"],
+    experiment: "Hold a constant speed or a known payload: inertia costs no effort there, a weaker actuator does.",
+    says: |p, _| format!("The moving mass is {} times the model's.", shown(p[0], "1")),
+};
+
+#[derive(Clone)]
+struct InertiaChange {
+    ratio: f64,
+}
+
+impl Effect for InertiaChange {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Numbers]
+    }
+
+    fn numbers(&self, numbers: &mut Numbers) {
+        numbers.inertia *= self.ratio;
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

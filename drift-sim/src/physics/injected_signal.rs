@@ -1,0 +1,39 @@
+//! A signal added after u, found by when it acts: `level` within each of the term's spans.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "injected_signal",
+    place: Place::Disturbance,
+    parameters: &[Parameter { name: "level", unit: "{u}", range: Range::Any }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, context| Box::new(InjectedSignal { level: p[0], spans: context.spans.to_vec() }),
+    starts: |s| singles(Signature::or_both_signs(s.drive_shift, s.u_scale)),
+    excitation: "Spans with the signal and spans without it.",
+    ties: &["load_step"],
+    experiment: "Disconnect what feeds in after the controller, or record what reaches the actuator.",
+    says: |p, units| format!("A signal of {} enters after u at times.", shown(p[0], &units.u)),
+};
+
+#[derive(Clone)]
+struct InjectedSignal {
+    level: f64,
+    spans: Vec<(f64, f64)>,
+}
+
+impl Effect for InjectedSignal {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Actuator]
+    }
+
+    fn actuator(&mut self, t: f64, u: f64) -> f64 {
+        let within = self.spans.iter().any(|(from, to)| (*from..*to).contains(&t));
+        if within { u + self.level } else { u }
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,43 @@
+//! A loss that grows with y: `-coefficient*y` on the drive (a leak, heat through a wall, back pressure).
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, shown};
+use crate::plant::Plant;
+
+pub(super) static KIND: Kind = Kind {
+    name: "leak",
+    place: Place::Plant,
+    parameters: &[Parameter { name: "coefficient", unit: "{drive}/({y})", range: Range::Any }],
+    applies: |plant| !matches!(plant, Plant::Servo(_)),
+    consistent: any_values,
+    effect: |p, _| Box::new(Leak { coefficient: p[0] }),
+    starts: |s| singles(Signature::or_both_signs(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
+    excitation: "Holding at two or more levels.",
+    ties: &["radiation", "gain_loss", "load_step"],
+    experiment: "Hold three levels far apart: a leak's extra effort is proportional to the level.",
+    says: |p, units| {
+        format!(
+            "A loss of {} times y drains the plant; the model has none.",
+            shown(p[0], &units.unit("{drive}/({y})"))
+        )
+    },
+};
+
+#[derive(Clone)]
+struct Leak {
+    coefficient: f64,
+}
+
+impl Effect for Leak {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Force]
+    }
+
+    fn force(&self, motion: Motion) -> f64 {
+        -self.coefficient * motion.position
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,38 @@
+//! A load that grows: `rate_per_s*(t - onset)` is subtracted from the plant's drive.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "load_ramp",
+    place: Place::Disturbance,
+    parameters: &[Parameter { name: "rate_per_s", unit: "{drive}/s", range: Range::Any }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, context| Box::new(LoadRamp { rate_per_s: p[0], onset_s: context.onset_s }),
+    starts: |s| singles(Signature::or_both_signs(-s.drive_rate, s.drive_scale / s.duration_s.max(1e-300))),
+    excitation: "A recording that is long against the ramp.",
+    ties: &["sensor_drift", "load_step"],
+    experiment: "Compare with a second sensor: a load leaves the sensor right.",
+    says: |p, units| format!("A load grows by {}.", shown(p[0], &units.unit("{drive}/s"))),
+};
+
+#[derive(Clone)]
+struct LoadRamp {
+    rate_per_s: f64,
+    onset_s: f64,
+}
+
+impl Effect for LoadRamp {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Load]
+    }
+
+    fn load(&self, t: f64, h: f64) -> f64 {
+        self.rate_per_s * (t + 0.5 * h - self.onset_s)
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,395 @@
+//! The library of physics: what a loop model may have left out, one term a file.
+//!
+//! A [`Kind`] says everything about one piece of physics: its name, place, parameters with units and ranges,
+//! what it does to a simulation, how to guess starting values from a [`Signature`], which excitation shows it, which
+//! other kinds it can't be told from, and one plain sentence. A [`Term`] is a kind with numbers: a fault that the
+//! simulator injects, a candidate that a diagnosis tries, a line of an improved model.
+//!
+//! To add physics: write one file, add one row to [`KINDS`].
+
+mod effect;
+mod signature;
+mod units;
+
+mod backlash;
+mod cogging;
+mod controller_delay;
+mod controller_gain;
+mod coulomb_friction;
+mod dead_zone;
+mod delay;
+mod directional_friction;
+mod flexible_mode;
+mod gain_loss;
+mod gravity;
+mod inertia_change;
+mod injected_signal;
+mod leak;
+mod load_dependent_friction;
+mod load_ramp;
+mod load_step;
+mod nonlinear_gain;
+mod periodic_load;
+mod quadratic_drag;
+mod quantization;
+mod radiation;
+mod rate_limit;
+mod saturation;
+mod sensor_bias;
+mod sensor_drift;
+mod sensor_lag;
+mod sensor_noise;
+mod stiction;
+mod stiffness;
+mod stribeck_friction;
+mod unmodelled_lag;
+mod viscous_friction;
+
+pub use effect::{Context, Effect, Hook, Motion, Numbers};
+pub use signature::Signature;
+pub use units::{UnitNames, Units, shown};
+
+use crate::plant::Plant;
+use crate::{Error, Result};
+
+/// All kinds, in the order in which lists and messages name them.
+pub static KINDS: &[&Kind] = &[
+    &coulomb_friction::KIND,
+    &stribeck_friction::KIND,
+    &directional_friction::KIND,
+    &load_dependent_friction::KIND,
+    &quadratic_drag::KIND,
+    &viscous_friction::KIND,
+    &inertia_change::KIND,
+    &cogging::KIND,
+    &stiffness::KIND,
+    &gravity::KIND,
+    &flexible_mode::KIND,
+    &radiation::KIND,
+    &leak::KIND,
+    &nonlinear_gain::KIND,
+    &gain_loss::KIND,
+    &dead_zone::KIND,
+    &saturation::KIND,
+    &rate_limit::KIND,
+    &backlash::KIND,
+    &stiction::KIND,
+    &delay::KIND,
+    &unmodelled_lag::KIND,
+    &sensor_bias::KIND,
+    &sensor_drift::KIND,
+    &sensor_noise::KIND,
+    &sensor_lag::KIND,
+    &quantization::KIND,
+    &load_step::KIND,
+    &load_ramp::KIND,
+    &periodic_load::KIND,
+    &injected_signal::KIND,
+    &controller_gain::KIND,
+    &controller_delay::KIND,
+];
+
+/// Where in the loop a term acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// The control law.
+    Controller,
+    /// Between u and the plant.
+    Actuator,
+    /// The plant itself.
+    Plant,
+    /// Somewhere around the loop: actuator and sensor can't be told apart.
+    Loop,
+    /// Between the true and the measured y.
+    Sensor,
+    /// From outside.
+    Disturbance,
+}
+
+impl Place {
+    /// The word in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Controller => "controller",
+            Self::Actuator => "actuator",
+            Self::Plant => "plant",
+            Self::Loop => "loop",
+            Self::Sensor => "sensor",
+            Self::Disturbance => "disturbance",
+        }
+    }
+}
+
+/// What a parameter may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// Any finite number.
+    Any,
+    /// Greater than zero.
+    Positive,
+    /// Zero or greater.
+    NotNegative,
+    /// From the first to the second, both included.
+    Between(f64, f64),
+}
+
+impl Range {
+    /// Whether a value is allowed; numbers that are not finite never are.
+    pub fn allows(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Any => true,
+                Self::Positive => value > 0.0,
+                Self::NotNegative => value >= 0.0,
+                Self::Between(lowest, highest) => (lowest..=highest).contains(&value),
+            }
+    }
+
+    /// In words, for messages.
+    pub fn says(self) -> String {
+        match self {
+            Self::Any => "a finite number".into(),
+            Self::Positive => "a finite number > 0".into(),
+            Self::NotNegative => "a finite number >= 0".into(),
+            Self::Between(lowest, highest) => format!("a number from {lowest} to {highest}"),
+        }
+    }
+}
+
+/// One parameter of a kind.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Its key in files.
+    pub name: &'static str,
+    /// Its unit as a rule: text in which `{y}`, `{u}`, `{drive}`, `{position}` and `{speed}` stand for the loop's
+    /// own units; see [`UnitNames::unit`].
+    pub unit: &'static str,
+    /// What it may be.
+    pub range: Range,
+}
+
+/// Everything that is known of one piece of physics.
+pub struct Kind {
+    /// Its name in files, reports and code.
+    pub name: &'static str,
+    /// Where it acts.
+    pub place: Place,
+    /// Its parameters, in the order of [`Term::parameters`].
+    pub parameters: &'static [Parameter],
+    /// Which plants it can act on.
+    pub applies: fn(&Plant) -> bool,
+    /// What its parameters must fulfil together; else why not.
+    pub consistent: fn(&[f64]) -> std::result::Result<(), &'static str>,
+    /// What it does to the simulation.
+    pub effect: fn(&[f64], &Context) -> Box<dyn Effect>,
+    /// Starting values for a fit, from what a recording shows; at least one set, each inside the ranges.
+    pub starts: fn(&Signature) -> Vec<Vec<f64>>,
+    /// What a recording must contain for the term to show.
+    pub excitation: &'static str,
+    /// Kinds that can leave the same traces.
+    pub ties: &'static [&'static str],
+    /// The experiment that tells it from those.
+    pub experiment: &'static str,
+    /// One plain sentence.
+    pub says: fn(&[f64], &UnitNames) -> String,
+}
+
+impl Kind {
+    /// The kind of this name.
+    ///
+    /// # Errors
+    /// There is none; the message lists those that there are.
+    pub fn named(name: &str) -> Result<&'static Self> {
+        let names = || KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
+        KINDS
+            .iter()
+            .find(|kind| kind.name == name)
+            .copied()
+            .ok_or_else(|| Error::new(format!("unknown physics kind '{name}'")).allowed(names()))
+    }
+
+    /// The names of its parameters, for messages.
+    pub fn parameter_names(&self) -> String {
+        self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl std::fmt::Debug for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Kind {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// A kind with numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Term {
+    /// What it is.
+    pub kind: &'static Kind,
+    /// Its numbers, in the order of [`Kind::parameters`].
+    pub parameters: Vec<f64>,
+    /// When it begins, in seconds from the start; it acts from the first sample at or after this.
+    pub onset_s: f64,
+    /// When it acts, as pairs (from, to) in seconds; only `injected_signal` has them, and needs at least one.
+    pub spans: Vec<(f64, f64)>,
+}
+
+impl Term {
+    /// A term that acts from the start.
+    ///
+    /// # Errors
+    /// An unknown kind or parameter, a missing one, a value out of range, or values that contradict each other.
+    pub fn new(kind: &str, parameters: &[(&str, f64)]) -> Result<Self> {
+        let kind = Kind::named(kind)?;
+        if let Some((name, _)) =
+            parameters.iter().find(|(name, _)| kind.parameters.iter().all(|p| p.name != *name))
+        {
+            return Err(Error::new(format!("{} has no parameter '{name}'", kind.name))
+                .allowed(kind.parameter_names()));
+        }
+        let value = |parameter: &Parameter| {
+            parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value).ok_or_else(
+                || {
+                    Error::new(format!("{} lacks the parameter '{}'", kind.name, parameter.name))
+                        .allowed(format!("needed: {}", kind.parameter_names()))
+                },
+            )
+        };
+        let parameters = kind.parameters.iter().map(value).collect::<Result<Vec<_>>>()?;
+        let term = Self { kind, parameters, onset_s: 0.0, spans: Vec::new() };
+        term.check()?;
+        Ok(term)
+    }
+
+    /// The same from some time on, in seconds.
+    #[must_use]
+    pub fn from_s(mut self, onset_s: f64) -> Self {
+        self.onset_s = onset_s;
+        self
+    }
+
+    /// The same, acting only within these spans (from, to), in seconds.
+    #[must_use]
+    pub fn within(mut self, spans: &[(f64, f64)]) -> Self {
+        self.spans = spans.to_vec();
+        self
+    }
+
+    /// The value of a parameter.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let index = self.kind.parameters.iter().position(|parameter| parameter.name == name)?;
+        self.parameters.get(index).copied()
+    }
+
+    /// Whether all numbers are what they may be; a fit can call it on what it proposes.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<()> {
+        let kind = self.kind;
+        if self.parameters.len() != kind.parameters.len() {
+            return Err(Error::new(format!("{} takes {} parameters", kind.name, kind.parameters.len()))
+                .allowed(kind.parameter_names()));
+        }
+        for (parameter, value) in kind.parameters.iter().zip(&self.parameters) {
+            if !parameter.range.allows(*value) {
+                return Err(Error::new(format!("{}: {} = {value} is impossible", kind.name, parameter.name))
+                    .allowed(format!("{} must be {}", parameter.name, parameter.range.says())));
+            }
+        }
+        (kind.consistent)(&self.parameters).map_err(|why| Error::new(format!("{}: {why}", kind.name)))?;
+        if !(self.onset_s >= 0.0 && self.onset_s.is_finite()) {
+            return Err(Error::new(format!("{}: onset_s = {} is impossible", kind.name, self.onset_s))
+                .allowed(format!("onset_s must be {}", Range::NotNegative.says())));
+        }
+        if let Some((from, to)) =
+            self.spans.iter().find(|(from, to)| !(*from >= 0.0 && to > from && to.is_finite()))
+        {
+            return Err(Error::new(format!("{}: the span [{from}, {to}] is impossible", kind.name))
+                .allowed("0 <= from < to, in seconds"));
+        }
+        Ok(())
+    }
+
+    /// The term as one plain sentence.
+    pub fn says(&self, units: &UnitNames) -> String {
+        (self.kind.says)(&self.parameters, units)
+    }
+}
+
+/// For kinds whose parameters are free of each other.
+fn any_values(_: &[f64]) -> std::result::Result<(), &'static str> {
+    Ok(())
+}
+
+/// Plants with a moving mass: where forces and dry friction act.
+fn is_servo(plant: &Plant) -> bool {
+    matches!(plant, Plant::Servo(_))
+}
+
+/// Every plant, also one that is still to be identified.
+fn every_plant(_: &Plant) -> bool {
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_ties_name_kinds_that_exist() {
+        for (index, kind) in KINDS.iter().enumerate() {
+            assert!(KINDS[..index].iter().all(|other| other.name != kind.name), "{}", kind.name);
+            for tie in kind.ties {
+                assert!(Kind::named(tie).is_ok() && *tie != kind.name, "{} ties with {tie}", kind.name);
+            }
+            assert!(
+                !kind.excitation.is_empty() && kind.ties.is_empty() == kind.experiment.is_empty(),
+                "{}",
+                kind.name
+            );
+        }
+    }
+
+    #[test]
+    fn every_start_is_allowed_also_for_an_empty_signature() {
+        let typical =
+            Signature { drive_scale: 3.0, y_scale: 2.0, u_scale: 5.0, jump: 1.0, ..Signature::default() };
+        for kind in KINDS {
+            for signature in [Signature::default(), typical.clone()] {
+                let starts = (kind.starts)(&signature);
+                assert!(!starts.is_empty(), "{}", kind.name);
+                for parameters in starts {
+                    let term = Term { kind, parameters, onset_s: 0.0, spans: vec![(0.0, 1.0)] };
+                    term.check().unwrap();
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_kind_says_one_sentence_with_its_numbers() {
+        let units = UnitNames { drive: "N".into(), y: "m".into(), ..UnitNames::default() };
+        for kind in KINDS {
+            let parameters = (kind.starts)(&Signature::default()).remove(0);
+            let says = (kind.says)(&parameters, &units);
+            assert!(says.ends_with('.') && !says.contains(['{', '\n']), "{says}");
+        }
+    }
+
+    #[test]
+    fn wrong_terms_are_refused_with_what_is_allowed() {
+        let message = |kind, parameters: &[(&str, f64)]| Term::new(kind, parameters).unwrap_err().to_string();
+        assert!(message("rust", &[]).contains("coulomb_friction"));
+        assert_eq!(message("backlash", &[("play", 1.0)]), "backlash has no parameter 'play'; width");
+        assert_eq!(message("backlash", &[]), "backlash lacks the parameter 'width'; needed: width");
+        assert!(message("backlash", &[("width", -1.0)]).contains(">= 0"));
+        assert!(message("backlash", &[("width", f64::NAN)]).contains("impossible"));
+        assert!(message("saturation", &[("lower", 2.0), ("upper", 1.0)]).contains("lower"));
+    }
+}

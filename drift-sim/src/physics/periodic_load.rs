@@ -1,0 +1,46 @@
+//! A periodic load: `amplitude*sin(2 pi*frequency_hz*t)` is subtracted from the plant's drive, t from the start of the run.
+
+use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "periodic_load",
+    place: Place::Disturbance,
+    parameters: &[
+        Parameter { name: "amplitude", unit: "{drive}", range: Range::Any },
+        Parameter { name: "frequency_hz", unit: "Hz", range: Range::Positive },
+    ],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(PeriodicLoad { amplitude: p[0], rate: std::f64::consts::TAU * p[1] }),
+    starts: |s| {
+        let hz = if s.peak_hz > 0.0 { s.peak_hz } else { 5.0 / s.duration_s.max(1e-300) };
+        let amplitude = if s.peak_amplitude > 0.0 { s.peak_amplitude } else { 0.3 * s.drive_scale };
+        vec![vec![amplitude, hz], vec![-amplitude, hz]]
+    },
+    excitation: "Several periods.",
+    ties: &["cogging"],
+    experiment: "Repeat at half the speed: a periodic load keeps its period over time, cogging over position.",
+    says: |p, units| {
+        format!("A load of {} comes and goes at {}.", shown(p[0].abs(), &units.drive), shown(p[1], "Hz"))
+    },
+};
+
+#[derive(Clone)]
+struct PeriodicLoad {
+    amplitude: f64,
+    rate: f64,
+}
+
+impl Effect for PeriodicLoad {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Load]
+    }
+
+    fn load(&self, t: f64, h: f64) -> f64 {
+        self.amplitude * libm::sin(self.rate * (t + 0.5 * h))
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,37 @@
+//! A coarse sensor: y in whole multiples of `step`.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "quantization",
+    place: Place::Sensor,
+    parameters: &[Parameter { name: "step", unit: "{y}", range: Range::Positive }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(Quantization { step: p[0] }),
+    starts: |s| singles(Signature::or_fractions(s.y_quantum, 0.1 * s.y_scale)),
+    excitation: "Slow motion.",
+    ties: &["sensor_noise"],
+    experiment: "Move slowly: y goes in equal steps.",
+    says: |p, units| format!("The sensor shows y in steps of {}.", shown(p[0], &units.y)),
+};
+
+#[derive(Clone)]
+struct Quantization {
+    step: f64,
+}
+
+impl Effect for Quantization {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Sensor]
+    }
+
+    fn sensor(&mut self, _: f64, y: f64) -> f64 {
+        libm::round(y / self.step) * self.step
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

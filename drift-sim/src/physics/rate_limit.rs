@@ -1,0 +1,44 @@
+//! An actuator that can't move faster than `limit_per_s`: what reaches the plant follows u at most at that rate.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "rate_limit",
+    place: Place::Actuator,
+    parameters: &[Parameter { name: "limit_per_s", unit: "{u}/s", range: Range::Positive }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, context| Box::new(RateLimit { most: p[0] * context.substep_s, position: None }),
+    starts: |s| singles(Signature::or_fractions(s.slew, 10.0 * s.u_scale / s.duration_s.max(1e-300))),
+    excitation: "Steps of u of different sizes.",
+    ties: &["unmodelled_lag", "saturation"],
+    experiment: "Double the step: a rate limit keeps the slope, a lag keeps the time.",
+    says: |p, units| format!("The actuator moves at most {}.", shown(p[0], &units.unit("{u}/s"))),
+};
+
+#[derive(Clone)]
+struct RateLimit {
+    most: f64,
+    position: Option<f64>,
+}
+
+impl Effect for RateLimit {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Filter]
+    }
+
+    fn filter(&mut self, w: f64) -> f64 {
+        let before = *self.position.get_or_insert(w);
+        let after = before + (w - before).clamp(-self.most, self.most);
+        self.position = Some(after);
+        let travel = after - before;
+        // A straight ramp that ends inside the sub-step leaves the mean above the half.
+        let moving = if self.most > 0.0 { travel.abs() / self.most } else { 1.0 };
+        after - 0.5 * travel * moving
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

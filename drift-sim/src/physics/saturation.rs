@@ -1,0 +1,52 @@
+//! A limit between u and the plant that the controller does not know of: u is clipped to `[lower, upper]`.
+
+use super::{Effect, Hook, Kind, Parameter, Place, Range, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "saturation",
+    place: Place::Actuator,
+    parameters: &[
+        Parameter { name: "lower", unit: "{u}", range: Range::Any },
+        Parameter { name: "upper", unit: "{u}", range: Range::Any },
+    ],
+    applies: every_plant,
+    consistent: consistent,
+    effect: |p, _| Box::new(Saturation { lower: p[0], upper: p[1] }),
+    starts: |s| match s.plateaus {
+        Some((lower, upper)) if lower < upper => vec![vec![lower, upper]],
+        _ => [1.0, 2.0].iter().map(|k| vec![-k * s.u_scale, k * s.u_scale]).collect(),
+    },
+    excitation: "u beyond the limit.",
+    ties: &["rate_limit", "nonlinear_gain"],
+    experiment: "Step the reference by different sizes: beyond a limit the response no longer grows with the step.",
+    says: |p, units| {
+        format!(
+            "What reaches the plant is limited to {} .. {}.",
+            shown(p[0], &units.u),
+            shown(p[1], &units.u)
+        )
+    },
+};
+
+fn consistent(p: &[f64]) -> Result<(), &'static str> {
+    if p[0] < p[1] { Ok(()) } else { Err("lower must be below upper") }
+}
+#[derive(Clone)]
+struct Saturation {
+    lower: f64,
+    upper: f64,
+}
+
+impl Effect for Saturation {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Actuator]
+    }
+
+    fn actuator(&mut self, _: f64, u: f64) -> f64 {
+        u.max(self.lower).min(self.upper)
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,37 @@
+//! A sensor that is off by a constant: `bias` is added to y.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "sensor_bias",
+    place: Place::Sensor,
+    parameters: &[Parameter { name: "bias", unit: "{y}", range: Range::Any }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(SensorBias { bias: p[0] }),
+    starts: |s| singles(Signature::or_both_signs(s.y_shift, s.y_scale)),
+    excitation: "The onset within the recording, or a plant that does not integrate.",
+    ties: &["load_step", "sensor_drift"],
+    experiment: "Bring the plant to a known zero, or change the load: a bias stays, a load does not.",
+    says: |p, units| format!("The sensor reads {} too much.", shown(p[0], &units.y)),
+};
+
+#[derive(Clone)]
+struct SensorBias {
+    bias: f64,
+}
+
+impl Effect for SensorBias {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Sensor]
+    }
+
+    fn sensor(&mut self, _: f64, y: f64) -> f64 {
+        y + self.bias
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

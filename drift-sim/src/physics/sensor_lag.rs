@@ -1,0 +1,51 @@
+//! A slow sensor: a first-order lag between the true and the measured y, starting settled. y is taken as a straight line
+//! between samples.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "sensor_lag",
+    place: Place::Sensor,
+    parameters: &[Parameter { name: "time_constant_s", unit: "s", range: Range::Positive }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, context| Box::new(SensorLag::new(p[0] / context.sample_time_s)),
+    starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
+    excitation: "Edges in r that are sharp against the lag.",
+    ties: &["unmodelled_lag", "delay"],
+    experiment: "Step the load: the true y moves at once, a slow sensor shows it late; a slow actuator plays no part.",
+    says: |p, _| format!("The sensor follows with a lag of {}.", shown(p[0], "s")),
+};
+
+#[derive(Clone)]
+struct SensorLag {
+    decay: f64,
+    slope: f64,
+    state: Option<[f64; 2]>,
+}
+
+impl Effect for SensorLag {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Sense]
+    }
+
+    fn sensor(&mut self, _: f64, y: f64) -> f64 {
+        let [shown, before] = self.state.unwrap_or([y, y]);
+        let lag = self.slope * (y - before);
+        let shown = y - lag + (shown - before + lag) * self.decay;
+        self.state = Some([shown, y]);
+        shown
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+impl SensorLag {
+    /// Exact for an input that is a straight line over a sample; `ratio` is the time constant in samples.
+    fn new(ratio: f64) -> Self {
+        Self { decay: libm::exp(-1.0 / ratio), slope: ratio, state: None }
+    }
+}

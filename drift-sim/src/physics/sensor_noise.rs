@@ -1,0 +1,40 @@
+//! A noisier sensor: the sensor's own noise (`[sensor] noise` of the loop) times `ratio`. Without such noise in the
+//! loop it changes nothing.
+
+use super::signature::singles;
+use super::{
+    Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+};
+
+pub(super) static KIND: Kind = Kind {
+    name: "sensor_noise",
+    place: Place::Sensor,
+    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::NotNegative }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(SensorNoise { ratio: p[0] }),
+    starts: |s| singles(Signature::or_ratios(s.noise_ratio, &[2.0, 4.0])),
+    excitation: "The onset within the recording, or a healthy recording beside it.",
+    ties: &["sensor_drift"],
+    experiment: "Hold still before and after: noise alone changes.",
+    says: |p, _| format!("The sensor is {} times as noisy as before.", shown(p[0], "1")),
+};
+
+#[derive(Clone)]
+struct SensorNoise {
+    ratio: f64,
+}
+
+impl Effect for SensorNoise {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Numbers]
+    }
+
+    fn numbers(&self, numbers: &mut Numbers) {
+        numbers.sensor_noise *= self.ratio;
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

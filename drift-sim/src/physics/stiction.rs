@@ -1,0 +1,55 @@
+//! A sticking valve: the stem stays until `|u - stem| > stick_band`, then goes to
+//! `u - sign(u - stem)*(stick_band - slip_jump)`.
+
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "stiction",
+    place: Place::Actuator,
+    parameters: &[
+        Parameter { name: "stick_band", unit: "{u}", range: Range::NotNegative },
+        Parameter { name: "slip_jump", unit: "{u}", range: Range::NotNegative },
+    ],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(Stiction { stick_band: p[0], rest: p[0] - p[1], stem: None }),
+    starts: |s| {
+        let bands = Signature::or_fractions(0.5 * s.hysteresis, s.u_scale);
+        bands.into_iter().flat_map(|band| [0.1, 0.5].map(|part| vec![band, part * band])).collect()
+    },
+    excitation: "Slow changes of u, also in one direction.",
+    ties: &["backlash"],
+    experiment: "Ramp the reference slowly one way: a sticking valve moves in jumps, backlash does not.",
+    says: |p, units| {
+        format!(
+            "The valve sticks until u is {} away from it, then jumps by {}.",
+            shown(p[0], &units.u),
+            shown(p[1], &units.u)
+        )
+    },
+};
+
+#[derive(Clone)]
+struct Stiction {
+    stick_band: f64,
+    rest: f64,
+    stem: Option<f64>,
+}
+
+impl Effect for Stiction {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Actuator]
+    }
+
+    fn actuator(&mut self, _: f64, u: f64) -> f64 {
+        let stem = *self.stem.get_or_insert(u);
+        let off = u - stem;
+        let stem = if off.abs() > self.stick_band { u - libm::copysign(self.rest, off) } else { stem };
+        self.stem = Some(stem);
+        stem
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

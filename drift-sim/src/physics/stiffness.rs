@@ -1,0 +1,42 @@
+//! A spring towards zero (a hose, a cable, a return spring): force `stiffness*x` against the displacement.
+
+use super::signature::singles;
+use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "stiffness",
+    place: Place::Plant,
+    parameters: &[Parameter { name: "stiffness", unit: "{drive}/({position})", range: Range::Any }],
+    applies: is_servo,
+    consistent: any_values,
+    effect: |p, _| Box::new(Stiffness { stiffness: p[0] }),
+    starts: |s| singles(Signature::or_both_signs(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
+    excitation: "Holding at two or more positions.",
+    ties: &["gravity"],
+    experiment: "Hold at several positions over the whole range: a spring's effort is a straight line, gravity's a sine.",
+    says: |p, units| {
+        format!(
+            "A spring of {} pulls towards zero; the model has none.",
+            shown(p[0], &units.unit("{drive}/({position})"))
+        )
+    },
+};
+
+#[derive(Clone)]
+struct Stiffness {
+    stiffness: f64,
+}
+
+impl Effect for Stiffness {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Force]
+    }
+
+    fn force(&self, motion: Motion) -> f64 {
+        -self.stiffness * motion.position
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,60 @@
+//! Stribeck friction: dry friction that is higher at rest than in motion,
+//! `coulomb + (breakaway - coulomb)*exp(-(v/stribeck_speed)^2)`.
+
+use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, is_servo, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "stribeck_friction",
+    place: Place::Plant,
+    parameters: &[
+        Parameter { name: "coulomb", unit: "{drive}", range: Range::NotNegative },
+        Parameter { name: "breakaway", unit: "{drive}", range: Range::NotNegative },
+        Parameter { name: "stribeck_speed", unit: "{speed}", range: Range::Positive },
+    ],
+    applies: is_servo,
+    consistent: consistent,
+    effect: |p, _| Box::new(StribeckFriction { coulomb: p[0], excess: p[1] - p[0], stribeck_speed: p[2] }),
+    starts: starts,
+    excitation: "Slow motion and stops as well as fast motion.",
+    ties: &["coulomb_friction"],
+    experiment: "Repeat slow starts from rest: a breakaway above the running friction shows as a jump.",
+    says: |p, units| {
+        let [coulomb, breakaway] = [p[0], p[1]].map(|level| shown(level, &units.drive));
+        let speed = shown(p[2], &units.speed);
+        format!(
+            "Dry friction of {breakaway} at rest falls to {coulomb} above a speed of about {speed}; the model has none."
+        )
+    },
+};
+
+fn consistent(p: &[f64]) -> Result<(), &'static str> {
+    if p[1] >= p[0] { Ok(()) } else { Err("breakaway must not be below coulomb") }
+}
+#[derive(Clone)]
+struct StribeckFriction {
+    coulomb: f64,
+    excess: f64,
+    stribeck_speed: f64,
+}
+
+impl Effect for StribeckFriction {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::VaryingFriction]
+    }
+
+    fn friction(&self, _: f64, speed: f64, _: f64) -> f64 {
+        let ratio = speed / self.stribeck_speed;
+        self.coulomb + self.excess * libm::exp(-ratio * ratio)
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}
+
+fn starts(s: &Signature) -> Vec<Vec<f64>> {
+    let levels = Signature::or_fractions(s.jump, s.drive_scale);
+    let speeds = [0.05, 0.2].map(|fraction| fraction * s.speed_scale);
+    let excess = |level: f64| if s.breakaway > 0.0 { s.breakaway } else { 0.5 * level };
+    levels.iter().flat_map(|level| speeds.map(|speed| vec![*level, level + excess(*level), speed])).collect()
+}

@@ -1,0 +1,118 @@
+//! Units: what the loop file states, and the rules by which a parameter's unit follows from them.
+
+use crate::plant::{Output, Plant};
+
+/// `[units]` of a loop file: names only, for reports; nothing is converted.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Units {
+    /// Of the reference.
+    pub r: Option<String>,
+    /// Of the output.
+    pub y: Option<String>,
+    /// Of the controller's output.
+    pub u: Option<String>,
+    /// Of a servo's force or torque, or of a tank's flow.
+    pub force: Option<String>,
+}
+
+/// The units that parameters are built from. Empty where the loop file states none.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct UnitNames {
+    /// Of y.
+    pub y: String,
+    /// Of u.
+    pub u: String,
+    /// Of the drive: force (servo), y (first-order), u (state-space, transfer function), flow (tank).
+    pub drive: String,
+    /// Of x: a servo's position, otherwise y.
+    pub position: String,
+    /// Of dx/dt.
+    pub speed: String,
+}
+
+impl UnitNames {
+    /// The units around a plant.
+    pub fn new(units: &Units, plant: &Plant) -> Self {
+        let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
+        let (y, u, force) = (name(&units.y), name(&units.u), name(&units.force));
+        let drive = match plant {
+            Plant::Servo(_) | Plant::Tank(_) => force,
+            Plant::FirstOrder(_) => y.clone(),
+            _ => u.clone(),
+        };
+        let position = match plant {
+            Plant::Servo(servo) if servo.output == Output::Speed => integrated(&y),
+            _ => y.clone(),
+        };
+        let speed = match plant {
+            Plant::Servo(servo) if servo.output == Output::Speed => y.clone(),
+            _ if y.is_empty() => String::new(),
+            _ => format!("{y}/s"),
+        };
+        Self { y, u, drive, position, speed }
+    }
+
+    /// A parameter's unit from its rule, such as `{drive}/{speed}` or `1/s`; a part that the loop file does not
+    /// name stays in words ("drive unit/speed unit").
+    pub fn unit(&self, rule: &str) -> String {
+        let parts = [
+            ("{y}", &self.y, "y unit"),
+            ("{u}", &self.u, "u unit"),
+            ("{drive}", &self.drive, "drive unit"),
+            ("{position}", &self.position, "position unit"),
+            ("{speed}", &self.speed, "speed unit"),
+        ];
+        let fill = |text: String, (rule, name, words): (&str, &String, &str)| {
+            let composed = text.trim() != rule && name.contains(['/', ' ']);
+            let name = if name.is_empty() { words.to_string() } else { name.clone() };
+            text.replace(rule, &if composed { format!("({name})") } else { name })
+        };
+        parts.into_iter().fold(rule.to_string(), fill)
+    }
+}
+
+/// The unit of a speed's integral.
+fn integrated(speed: &str) -> String {
+    match speed.strip_suffix("/s") {
+        Some(position) => position.to_string(),
+        None if speed.is_empty() => String::new(),
+        None => format!("{speed} s"),
+    }
+}
+
+/// A value with four significant digits and its unit, for sentences.
+pub fn shown(value: f64, unit: &str) -> String {
+    let magnitude = value.abs();
+    let number = if magnitude == 0.0 || !magnitude.is_finite() {
+        format!("{value}")
+    } else if !(1e-4..1e6).contains(&magnitude) {
+        format!("{value:.3e}")
+    } else {
+        let rounded = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+        format!("{rounded}")
+    };
+    if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::Servo;
+
+    #[test]
+    fn a_speed_servo_has_the_integrals_unit_for_its_position() {
+        let units = Units { y: Some("rad/s".into()), force: Some("N m".into()), ..Units::default() };
+        let servo = Servo { output: Output::Speed, inertia: 1.0, viscous: 0.0, actuator_gain: 1.0 };
+        let names = UnitNames::new(&units, &Plant::Servo(servo));
+        assert_eq!(names.unit("{position}"), "rad");
+        assert_eq!(names.unit("{drive}/{speed}"), "(N m)/(rad/s)");
+        assert_eq!(names.unit("{u}/s"), "u unit/s");
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!(shown(20.3912, "N"), "20.39 N");
+        assert_eq!(shown(-123_456.0, ""), "-123500");
+        assert_eq!(shown(2.5e-9, "1"), "2.500e-9");
+    }
+}

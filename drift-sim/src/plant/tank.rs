@@ -1,0 +1,22 @@
+//! A tank that drains by its own head: `area*dh/dt = inflow_gain*u - outflow*sqrt(h)`, `h >= 0` (Torricelli).
+
+/// Parameters of the tank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tank {
+    /// Cross-section, > 0.
+    pub area: f64,
+    /// Flow per unit of u.
+    pub inflow_gain: f64,
+    /// Flow at a level of 1, >= 0.
+    pub outflow: f64,
+}
+
+impl Tank {
+    /// dh/dt at a level under a net drive (a flow).
+    #[inline]
+    pub(crate) fn rate(&self, level: f64, drive: f64) -> f64 {
+        let rate = (drive - self.outflow * libm::sqrt(level.max(0.0))) / self.area;
+        // An empty tank can't get emptier.
+        if level <= 0.0 { rate.max(0.0) } else { rate }
+    }
+}

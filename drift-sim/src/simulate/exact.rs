@@ -1,0 +1,60 @@
+//! A linear plant, exactly: one matrix step a sample, for an input that is held and changes at most once within the
+//! sample (dead time that is not a multiple of it).
+
+use crate::Result;
+use crate::plant::StateSpace;
+use crate::plant::zero_order_hold::discretise;
+
+/// A plant of at most N states; those that it does not have stay at zero.
+#[derive(Debug, Clone)]
+pub(super) struct Exact<const N: usize> {
+    phi: [[f64; N]; N],
+    older: [f64; N],
+    newer: [f64; N],
+    c: [f64; N],
+    d: f64,
+    pub x: [f64; N],
+}
+
+/// The first N numbers, filled up with zeros.
+fn padded<const N: usize>(values: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
+}
+
+/// A matrix times a vector.
+#[inline]
+fn times<const N: usize>(matrix: &[[f64; N]; N], x: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|row| matrix[row].iter().zip(x).map(|(m, x)| m * x).sum())
+}
+
+impl<const N: usize> Exact<N> {
+    /// The steps for an input that changes after `part` of the sample.
+    pub fn new(plant: &StateSpace, sample_time_s: f64, part: f64) -> Result<Self> {
+        let n = plant.order();
+        let rows =
+            |phi: &[f64]| std::array::from_fn(|row| padded(phi.get(row * n..(row + 1) * n).unwrap_or(&[])));
+        let whole = discretise(plant, sample_time_s)?;
+        let first = discretise(plant, part * sample_time_s)?;
+        let rest = discretise(plant, (1.0 - part) * sample_time_s)?;
+        let older = times(&rows(&rest.phi), &padded(&first.gamma));
+        Ok(Self {
+            phi: rows(&whole.phi),
+            older,
+            newer: padded(&rest.gamma),
+            c: padded(&plant.c),
+            d: plant.d,
+            x: [0.0; N],
+        })
+    }
+
+    #[inline]
+    pub fn output(&self, held: f64) -> f64 {
+        self.c.iter().zip(&self.x).map(|(c, x)| c * x).sum::<f64>() + self.d * held
+    }
+
+    #[inline]
+    pub fn advance(&mut self, older: f64, newer: f64) {
+        let free = times(&self.phi, &self.x);
+        self.x = std::array::from_fn(|i| free[i] + self.older[i] * older + self.newer[i] * newer);
+    }
+}

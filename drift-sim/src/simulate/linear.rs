@@ -1,0 +1,62 @@
+//! A linear plant with forces that depend on its output: sub-steps that are exact for the linear part and take the
+//! force at the middle of the sub-step (second order in the sub-step).
+
+use crate::Result;
+use crate::physics::Motion;
+use crate::plant::StateSpace;
+use crate::plant::zero_order_hold::discretise;
+
+#[derive(Debug, Clone)]
+pub(super) struct Linear {
+    phi: Vec<f64>,
+    gamma: Vec<f64>,
+    /// Output after half a sub-step, from the state and from the drive.
+    half_state: Vec<f64>,
+    half_drive: f64,
+    c: Vec<f64>,
+    d: f64,
+    pub x: Vec<f64>,
+    next: Vec<f64>,
+}
+
+/// The sum of products.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Linear {
+    pub fn new(plant: &StateSpace, substep_s: f64) -> Result<Self> {
+        let n = plant.order();
+        let whole = discretise(plant, substep_s)?;
+        let half = discretise(plant, 0.5 * substep_s)?;
+        let column = |i: usize| half.phi.iter().skip(i).step_by(n.max(1)).copied().collect::<Vec<_>>();
+        Ok(Self {
+            half_state: (0..n).map(|i| dot(&plant.c, &column(i))).collect(),
+            half_drive: dot(&plant.c, &half.gamma) + plant.d,
+            phi: whole.phi,
+            gamma: whole.gamma,
+            c: plant.c.clone(),
+            d: plant.d,
+            x: vec![0.0; n],
+            next: vec![0.0; n],
+        })
+    }
+
+    #[inline]
+    pub fn output(&self, held: f64) -> f64 {
+        dot(&self.c, &self.x) + self.d * held
+    }
+
+    /// One sub-step under `drive` and the force that depends on the output.
+    pub fn substep(&mut self, drive: f64, force: impl Fn(Motion) -> f64) {
+        let at = |position: f64| drive + force(Motion { position, velocity: 0.0 });
+        let middle = dot(&self.half_state, &self.x) + self.half_drive * at(self.output(drive));
+        let q = at(middle);
+        let n = self.x.len();
+        for ((next, row), gamma) in self.next.iter_mut().zip(self.phi.chunks_exact(n.max(1))).zip(&self.gamma)
+        {
+            *next = dot(row, &self.x) + gamma * q;
+        }
+        std::mem::swap(&mut self.x, &mut self.next);
+    }
+}

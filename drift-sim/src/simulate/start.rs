@@ -1,0 +1,90 @@
+//! Where a run starts: the operating point that a recording begins at, or rest.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::Result;
+use crate::control_loop::Loop;
+use crate::controller::Law;
+use crate::plant::{Output, Plant, StateSpace};
+
+/// An operating point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Start {
+    /// The true y.
+    pub y: f64,
+    /// dy/dt, per second (a position servo's speed).
+    pub velocity: f64,
+    /// The u that has been held until now: what is in the dead time.
+    pub u: f64,
+    /// The controller's integrator, in the unit of u.
+    pub integrator: f64,
+    /// The plant's state in full, where it is known: a servo's position and speed, a tank's level, the states of
+    /// a linear model. Without it, it is the state nearest to equilibrium that has this y under this u.
+    pub state: Option<Vec<f64>>,
+}
+
+impl Start {
+    /// At rest with u = 0: a first-order plant at its offset, all others at zero.
+    pub fn rest(model: &Loop) -> Self {
+        Self { y: model.plant.drive_offset(), ..Self::default() }
+    }
+
+    /// At equilibrium around a `y` that `u` holds, the integrator holding that u.
+    pub fn held(y: f64, u: f64) -> Self {
+        Self { y, u, integrator: u, ..Self::default() }
+    }
+
+    /// A first estimate from the beginning of a recording: y as measured, its rate from the first five samples, and
+    /// the integrator with which the law gives the first u. Rest where the recording is empty.
+    pub fn from_recording(model: &Loop, r: &[f64], y: &[f64], u: &[f64]) -> Self {
+        let (Some(&r0), Some(&y0), Some(&u0)) = (r.first(), y.first(), u.first()) else {
+            return Self::rest(model);
+        };
+        let span = y.len().clamp(1, 5) - 1;
+        let far = y.get(span).copied().unwrap_or(y0);
+        let velocity = if span == 0 { 0.0 } else { (far - y0) / (span as f64 * model.sample_time_s) };
+        let mut law = Law::new(&model.controller, model.sample_time_s);
+        law.start(0.0, y0, velocity, u0);
+        Self { y: y0, velocity, u: u0, integrator: law.integrator_for(r0, y0, u0), state: None }
+    }
+
+    /// The plant's state.
+    pub(super) fn state_of(&self, model: &Loop) -> Result<Vec<f64>> {
+        if let Some(state) = &self.state {
+            return Ok(state.clone());
+        }
+        Ok(match &model.plant {
+            Plant::Servo(servo) if servo.output == Output::Position => vec![self.y, self.velocity],
+            Plant::Servo(_) => vec![0.0, self.y],
+            Plant::Tank(_) => vec![self.y],
+            plant => {
+                let drive = plant.drive_gain() * self.u + plant.drive_offset();
+                plant.linear()?.map(|linear| near_equilibrium(&linear, self.y, drive)).unwrap_or_default()
+            }
+        })
+    }
+}
+
+/// The x with `c x + d q = y` that makes `|a x + b q|` smallest; of several, the smallest x.
+fn near_equilibrium(plant: &StateSpace, y: f64, q: f64) -> Vec<f64> {
+    let n = plant.order();
+    let number = |row: &[f64], column: usize| row.get(column).copied().unwrap_or(0.0);
+    let a = DMatrix::from_fn(n, n, |row, column| plant.a.get(row).map_or(0.0, |row| number(row, column)));
+    let normal = a.transpose() * &a;
+    let forced = a.transpose() * DVector::from_fn(n, |row, _| -number(&plant.b, row) * q);
+    // Least squares under one equation: the stationary point of its Lagrangian.
+    let system = DMatrix::from_fn(n + 1, n + 1, |row, column| match (row < n, column < n) {
+        (true, true) => normal[(row, column)],
+        (true, false) => number(&plant.c, row),
+        (false, true) => number(&plant.c, column),
+        (false, false) => 0.0,
+    });
+    let right = DVector::from_fn(n + 1, |row, _| if row < n { forced[row] } else { y - plant.d * q });
+    let finite = system.iter().chain(right.iter()).all(|value| value.is_finite());
+    let svd = finite.then(|| system.clone().try_svd(true, true, f64::EPSILON, 10_000)).flatten();
+    let solution = svd.and_then(|svd| {
+        let largest = svd.singular_values.max();
+        svd.solve(&right, 1e-12 * largest).ok()
+    });
+    solution.map_or_else(|| vec![0.0; n], |x| x.iter().take(n).copied().collect())
+}

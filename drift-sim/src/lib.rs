@@ -8,6 +8,7 @@ pub mod design;
 pub mod error;
 pub mod loop_file;
 pub mod output;
+pub mod paper;
 pub mod physics;
 pub mod plant;
 pub mod plot;

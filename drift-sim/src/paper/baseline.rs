@@ -1,0 +1,74 @@
+//! Section 6.2: the nominal relation from one healthy run of 100 s, and how much it owes to the seed.
+
+use drift_core::Index;
+use rayon::prelude::*;
+
+use super::line::Line;
+use super::settings::{LONG_RUN_S, Settings, Use};
+use super::spread::Spread;
+use super::windows::{Drift, Stream, Window, energy_error};
+use crate::Result;
+
+/// The nominal relation, ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NominalRelation {
+    /// From the run with the seed asked for.
+    pub line: Line,
+    /// Its windows, (E_u, J_e).
+    pub points: Vec<(f64, f64)>,
+    /// From the repeats, this run among them.
+    pub over_seeds: OverSeeds,
+    /// The same run with J_e = ITAE, which the paper's section 5 names beside IAE.
+    pub itae: Line,
+    /// Mean ITAE over mean IAE, s: half a window, apart from how e varies.
+    pub itae_per_iae: f64,
+}
+
+/// The spread of the line's numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverSeeds {
+    /// Intercept.
+    pub b0: Spread,
+    /// Slope.
+    pub b1: Spread,
+    /// R^2.
+    pub r2: Spread,
+    /// RMSE.
+    pub rmse: Spread,
+    /// Correlation of neighbouring residuals.
+    pub lag1: Spread,
+}
+
+/// A healthy run's windows.
+pub(super) fn healthy_windows(seed: u64) -> Result<Vec<Window>> {
+    Ok(Stream::learning(&Drift::over(0.0, 0.0, LONG_RUN_S), seed)?.windows_within(LONG_RUN_S))
+}
+
+pub(super) fn nominal_relation(settings: &Settings, step: &(dyn Fn() + Sync)) -> Result<NominalRelation> {
+    let lines = (0..settings.repeats)
+        .into_par_iter()
+        .map(|i| {
+            let line = Line::fit(&energy_error(&healthy_windows(settings.seed_of(Use::Repeat, i))?, Index::Iae));
+            step();
+            line
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let spread = |of: fn(&Line) -> f64| Spread::of(&lines.iter().map(of).collect::<Vec<_>>());
+    let windows = healthy_windows(settings.seed_of(Use::Repeat, 0))?;
+    let points = energy_error(&windows, Index::Iae);
+    let weighted = energy_error(&windows, Index::Itae);
+    let sum = |points: &[(f64, f64)]| points.iter().map(|p| p.1).sum::<f64>();
+    Ok(NominalRelation {
+        line: Line::fit(&points)?,
+        over_seeds: OverSeeds {
+            b0: spread(|l| l.b0),
+            b1: spread(|l| l.b1),
+            r2: spread(|l| l.r2),
+            rmse: spread(|l| l.rmse),
+            lag1: spread(|l| l.lag1),
+        },
+        itae: Line::fit(&weighted)?,
+        itae_per_iae: sum(&weighted) / sum(&points),
+        points,
+    })
+}

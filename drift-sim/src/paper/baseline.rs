@@ -4,10 +4,12 @@ use drift_core::Index;
 use rayon::prelude::*;
 
 use super::line::Line;
-use super::settings::{LONG_RUN_S, Settings, Use};
+use super::settings::{KP, LONG_RUN_S, OTHER_KP, Settings, Use};
 use super::spread::Spread;
 use super::windows::{Drift, Stream, Window, energy_error};
 use crate::Result;
+use crate::control_loop::Loop;
+use crate::controller::Controller;
 
 /// The nominal relation, ours.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +20,8 @@ pub struct NominalRelation {
     pub points: Vec<(f64, f64)>,
     /// From the repeats, this run among them.
     pub over_seeds: OverSeeds,
+    /// From the repeats with the proportional gain [`OTHER_KP`].
+    pub with_other_kp: OverSeeds,
     /// The same run with J_e = ITAE, which the paper's section 5 names beside IAE.
     pub itae: Line,
     /// Mean ITAE over mean IAE, s: half a window, apart from how e varies.
@@ -44,29 +48,38 @@ pub(super) fn healthy_windows(seed: u64) -> Result<Vec<Window>> {
     Ok(Stream::learning(&Drift::over(0.0, 0.0, LONG_RUN_S), seed)?.windows_within(LONG_RUN_S))
 }
 
-pub(super) fn nominal_relation(settings: &Settings, step: &(dyn Fn() + Sync)) -> Result<NominalRelation> {
+fn over_seeds(settings: &Settings, kp: f64, step: &(dyn Fn() + Sync)) -> Result<OverSeeds> {
+    let mut model = Loop::paper();
+    if let Controller::Pi(pi) = &mut model.controller {
+        pi.kp = kp;
+    }
     let lines = (0..settings.repeats)
         .into_par_iter()
         .map(|i| {
-            let line = Line::fit(&energy_error(&healthy_windows(settings.seed_of(Use::Repeat, i))?, Index::Iae));
+            let stream = Stream::learning_of(&model, settings.seed_of(Use::Repeat, i))?;
             step();
-            line
+            Line::fit(&energy_error(&stream.windows_within(LONG_RUN_S), Index::Iae))
         })
         .collect::<Result<Vec<_>>>()?;
     let spread = |of: fn(&Line) -> f64| Spread::of(&lines.iter().map(of).collect::<Vec<_>>());
+    Ok(OverSeeds {
+        b0: spread(|l| l.b0),
+        b1: spread(|l| l.b1),
+        r2: spread(|l| l.r2),
+        rmse: spread(|l| l.rmse),
+        lag1: spread(|l| l.lag1),
+    })
+}
+
+pub(super) fn nominal_relation(settings: &Settings, step: &(dyn Fn() + Sync)) -> Result<NominalRelation> {
     let windows = healthy_windows(settings.seed_of(Use::Repeat, 0))?;
     let points = energy_error(&windows, Index::Iae);
     let weighted = energy_error(&windows, Index::Itae);
     let sum = |points: &[(f64, f64)]| points.iter().map(|p| p.1).sum::<f64>();
     Ok(NominalRelation {
         line: Line::fit(&points)?,
-        over_seeds: OverSeeds {
-            b0: spread(|l| l.b0),
-            b1: spread(|l| l.b1),
-            r2: spread(|l| l.r2),
-            rmse: spread(|l| l.rmse),
-            lag1: spread(|l| l.lag1),
-        },
+        over_seeds: over_seeds(settings, KP, step)?,
+        with_other_kp: over_seeds(settings, OTHER_KP, &|| ())?,
         itae: Line::fit(&weighted)?,
         itae_per_iae: sum(&weighted) / sum(&points),
         points,

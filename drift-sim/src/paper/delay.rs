@@ -2,19 +2,19 @@
 //! threshold was set on healthy runs so that false alarms are equally rare.
 //!
 //! Baselines are taken from long healthy operation, so that only the channels differ. The drift begins when the loop
-//! has settled, grows to mu_max in 100 s and goes on growing; detectors start at zero at its onset.
+//! has settled and grows to mu_max in 100 s; then it holds, or goes on growing. Detectors start at zero at its onset.
 
 use rayon::prelude::*;
 
 use super::charts::{Charts, joint_thresholds, run_lengths, standardised, threshold};
 use super::healthy::{CHANNELS, lines, tumbling};
-use super::line::Line;
+use super::line::{Line, lag1};
 use super::settings::{
     DELAY_CAP_S, DELAY_MU, DELAY_ONSET_S, FALSE_ALARM_EVERY_S, HOP_S, HOPS_PER_WINDOW, LONG_RUN_S, Settings,
     Use, WINDOW_S,
 };
 use super::spread::{Share, Spread};
-use super::windows::{Drift, Stream, Window, coordinates};
+use super::windows::{AfterRamp, Drift, Stream, Window, coordinates};
 use crate::Result;
 
 /// Which channels are watched, and how often.
@@ -58,8 +58,10 @@ pub struct SchemeResult {
     pub h: Vec<f64>,
     /// Time between false alarms on fresh healthy runs, s.
     pub between_false_alarms_s: Spread,
-    /// Delays, one a level of mu_max.
-    pub delays: Vec<Delay>,
+    /// Delays, one a level of mu_max, the drift holding at mu_max after its ramp.
+    pub holding: Vec<Delay>,
+    /// The same, the drift growing on at the same rate.
+    pub going_on: Vec<Delay>,
 }
 
 /// Delays at one mu_max.
@@ -80,6 +82,8 @@ pub struct Delay {
 pub struct Effect {
     /// Name of the channel.
     pub channel: &'static str,
+    /// Correlation of the healthy residuals of neighbouring windows that don't overlap.
+    pub lag1: f64,
     /// Over the whole run on average.
     pub mean_sigmas: Spread,
     /// In its last window.
@@ -132,8 +136,8 @@ fn watched<'a>(scheme: &Scheme, channels: &'a [Vec<f32>]) -> Vec<&'a [f32]> {
 }
 
 /// From onset to alarm for each scheme, s; `None` without one.
-fn delays(watch: &Watch, mu_max: f64, seed: u64) -> Result<Vec<Option<f64>>> {
-    let drift = Drift { mu_max, sigma_end: 0.0, ramp_s: LONG_RUN_S, onset_s: DELAY_ONSET_S };
+fn delays(watch: &Watch, mu_max: f64, after: AfterRamp, seed: u64) -> Result<Vec<Option<f64>>> {
+    let drift = Drift { mu_max, sigma_end: 0.0, ramp_s: LONG_RUN_S, onset_s: DELAY_ONSET_S, after };
     let mut stream = Stream::learning(&drift, seed)?;
     let mut charts: Vec<Charts> = watch.thresholds.iter().map(|h| Charts::new(h)).collect();
     let mut found = vec![None; SCHEMES.len()];
@@ -166,34 +170,53 @@ pub(super) fn delay_study(
 ) -> Result<DelayStudy> {
     let watch = set_thresholds(lines(calibration)?, calibration);
     let (every_hop, apart) = (watch.z(verification), watch.z(&tumbling(verification)));
-    let cases: Vec<(f64, u64)> =
-        DELAY_MU.iter().flat_map(|mu| (0..settings.delay_runs).map(move |i| (*mu, i))).collect();
-    let found = cases
-        .par_iter()
-        .map(|(mu_max, i)| {
-            let delays = delays(&watch, *mu_max, settings.seed_of(Use::Delay, *i));
-            step();
-            delays
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let holding = all_delays(settings, &watch, AfterRamp::Holds, step)?;
+    let going_on = all_delays(settings, &watch, AfterRamp::GoesOn, step)?;
     let schemes = SCHEMES.iter().enumerate().map(|(which, scheme)| {
         let h = watch.thresholds.get(which).cloned().unwrap_or_default();
         let series = watched(scheme, if scheme.overlapping { &every_hop } else { &apart });
         let between: Vec<f64> = run_lengths(&h, &series).iter().map(|n| n * scheme.hop_s()).collect();
-        let of_mu = |mu: &f64| {
-            let here: Vec<Option<f64>> = cases
-                .iter()
-                .zip(&found)
-                .filter(|((case, _), _)| case == mu)
-                .filter_map(|(_, found)| found.get(which).copied())
-                .collect();
-            delay(*mu, &here)
-        };
-        let delays = DELAY_MU.iter().map(of_mu).collect();
-        SchemeResult { scheme: *scheme, h, between_false_alarms_s: Spread::of(&between), delays }
+        SchemeResult {
+            scheme: *scheme,
+            h,
+            between_false_alarms_s: Spread::of(&between),
+            holding: of_scheme(&holding, which),
+            going_on: of_scheme(&going_on, which),
+        }
     });
     let schemes = schemes.collect();
-    Ok(DelayStudy { schemes, effects: effects(settings, &watch)?, runs: settings.delay_runs })
+    Ok(DelayStudy { schemes, effects: effects(settings, &watch, &apart)?, runs: settings.delay_runs })
+}
+
+/// For each mu_max, run by run and scheme by scheme.
+type Found = Vec<(f64, Vec<Vec<Option<f64>>>)>;
+
+fn all_delays(
+    settings: &Settings,
+    watch: &Watch,
+    after: AfterRamp,
+    step: &(dyn Fn() + Sync),
+) -> Result<Found> {
+    let run = |mu_max: f64, i: u64| {
+        let found = delays(watch, mu_max, after, settings.seed_of(Use::Delay, i));
+        step();
+        found
+    };
+    // Without a drift there is nothing to go on.
+    let levels = DELAY_MU.iter().filter(|mu| **mu > 0.0 || after == AfterRamp::Holds);
+    levels
+        .map(|mu| {
+            let runs = (0..settings.delay_runs).into_par_iter().map(|i| run(*mu, i));
+            Ok((*mu, runs.collect::<Result<Vec<_>>>()?))
+        })
+        .collect()
+}
+
+fn of_scheme(found: &Found, which: usize) -> Vec<Delay> {
+    let of_mu = |(mu, runs): &(f64, Vec<Vec<Option<f64>>>)| {
+        delay(*mu, &runs.iter().filter_map(|run| run.get(which).copied()).collect::<Vec<_>>())
+    };
+    found.iter().map(of_mu).collect()
 }
 
 fn delay(mu_max: f64, found: &[Option<f64>]) -> Delay {
@@ -209,7 +232,7 @@ fn delay(mu_max: f64, found: &[Option<f64>]) -> Delay {
 }
 
 /// The run with the drift less the healthy run with the same reference, at mu_max = 1.
-fn effects(settings: &Settings, watch: &Watch) -> Result<Vec<Effect>> {
+fn effects(settings: &Settings, watch: &Watch, healthy: &[Vec<f32>]) -> Result<Vec<Effect>> {
     let z = |mu_max: f64, seed: u64| -> Result<Vec<Vec<f32>>> {
         let stream = Stream::learning(&Drift::over(mu_max, 0.0, LONG_RUN_S), seed)?;
         Ok(watch.z(&tumbling(&stream.windows_within(LONG_RUN_S))))
@@ -227,6 +250,9 @@ fn effects(settings: &Settings, watch: &Watch) -> Result<Vec<Effect>> {
     };
     let effect = |(channel, kind): (usize, drift_core::ChannelKind)| Effect {
         channel: kind.name(),
+        lag1: healthy
+            .get(channel)
+            .map_or(f64::NAN, |z| lag1(&z.iter().map(|z| f64::from(*z)).collect::<Vec<_>>())),
         mean_sigmas: of(channel, |d| d.0),
         last_sigmas: of(channel, |d| d.1),
     };

@@ -3,8 +3,8 @@
 use drift_core::Index;
 use serde_json::{Value, json};
 
-use super::baseline::NominalRelation;
-use super::delay::{DelayStudy, SchemeResult};
+use super::baseline::{NominalRelation, OverSeeds};
+use super::delay::{Delay, DelayStudy, SchemeResult};
 use super::detection::DetectionCase;
 use super::line::Line;
 use super::overlap::{HealthyChart, Overlap};
@@ -52,6 +52,7 @@ fn made_with(paper: &Paper) -> Value {
         "long_run_s": settings::LONG_RUN_S,
         "index": "iae",
         "mu_levels": settings::MU_LEVELS,
+        "kp": settings::KP,
         "sigma_levels": settings::SIGMA_LEVELS,
         "sigma_growth": paper.rankings.first().map(|r| r.reading.says),
         "cusum": { "k": settings::CUSUM_K, "h": settings::CUSUM_H },
@@ -97,14 +98,18 @@ fn baseline(ours: &NominalRelation) -> Value {
         "b0_ci95": [theirs.b0_ci95.0, theirs.b0_ci95.1], "b1_ci95": [theirs.b1_ci95.0, theirs.b1_ci95.1],
         "r2": theirs.r2, "adj_r2": theirs.adj_r2, "rmse": theirs.rmse,
     });
-    let over = &ours.over_seeds;
-    value["over_seeds"] = json!({
-        "b0": spread(&over.b0), "b1": spread(&over.b1), "r2": spread(&over.r2),
-        "rmse": spread(&over.rmse), "lag1": spread(&over.lag1),
-    });
+    value["over_seeds"] = over_seeds(&ours.over_seeds);
+    value["over_seeds_with_kp_200"] = over_seeds(&ours.with_other_kp);
     value["with_itae"] = line(&ours.itae);
     value["itae_per_iae_s"] = json!(ours.itae_per_iae);
     value
+}
+
+fn over_seeds(over: &OverSeeds) -> Value {
+    json!({
+        "b0": spread(&over.b0), "b1": spread(&over.b1), "r2": spread(&over.r2),
+        "rmse": spread(&over.rmse), "lag1": spread(&over.lag1),
+    })
 }
 
 pub(super) fn name(index: Index) -> &'static str {
@@ -175,23 +180,27 @@ fn overlap(study: &Overlap) -> Value {
 }
 
 fn delay(study: &DelayStudy) -> Value {
+    let at_mu = |d: &Delay| {
+        json!({
+            "mu_max": d.mu_max, "delay_s": spread(&d.delay_s),
+            "detected_in_ramp": share(&d.within_ramp), "alarmed": share(&d.alarmed),
+        })
+    };
     let scheme = |result: &SchemeResult| {
         json!({
             "scheme": result.scheme.name,
             "hop_s": result.scheme.hop_s(),
             "h": result.h,
             "between_false_alarms_s": spread(&result.between_false_alarms_s),
-            "delays": result.delays.iter().map(|d| json!({
-                "mu_max": d.mu_max, "delay_s": spread(&d.delay_s),
-                "detected_in_ramp": share(&d.within_ramp), "alarmed": share(&d.alarmed),
-            })).collect::<Vec<_>>(),
+            "ramp_then_hold": result.holding.iter().map(at_mu).collect::<Vec<_>>(),
+            "ramp_goes_on": result.going_on.iter().map(at_mu).collect::<Vec<_>>(),
         })
     };
     json!({
         "runs": study.runs,
         "schemes": study.schemes.iter().map(scheme).collect::<Vec<_>>(),
         "effects_at_mu_max_1": study.effects.iter().map(|e| json!({
-            "channel": e.channel, "mean_sigmas": spread(&e.mean_sigmas), "last_sigmas": spread(&e.last_sigmas),
+            "channel": e.channel, "lag1": e.lag1, "mean_sigmas": spread(&e.mean_sigmas), "last_sigmas": spread(&e.last_sigmas),
         })).collect::<Vec<_>>(),
     })
 }

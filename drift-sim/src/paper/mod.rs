@@ -6,17 +6,19 @@
 //! * [`eigenvalues`]: equation 13. [`ranking`]: Table 1. [`baseline`]: section 6.2. [`detection`]: section 6.3.
 //! * [`overlap`]: why textbook thresholds alarm on the paper's windows, and two ways to mend it.
 //! * [`delay`]: beyond the paper, detection delay channel by channel at equal false-alarm rate.
-//! * `figures`, `page`, `json`: what is written.
+//! * `figures`, `page`, `differences`, `json`: what is written.
 
 pub mod baseline;
 mod charts;
 pub mod delay;
 pub mod detection;
+mod differences;
 pub mod eigenvalues;
 mod figures;
 mod healthy;
 mod json;
 pub mod line;
+mod number;
 pub mod overlap;
 mod page;
 pub mod published;
@@ -62,7 +64,8 @@ impl Paper {
     pub fn reproduce(settings: &Settings, step: &(dyn Fn() + Sync)) -> Result<Self> {
         check(settings)?;
         let readings = std::iter::once(&ranking::READING).chain(&ranking::OTHER_READINGS);
-        let rankings = readings.map(|reading| ranking::ranking(reading, settings.seed)).collect::<Result<_>>()?;
+        let rankings =
+            readings.map(|reading| ranking::ranking(reading, settings.seed)).collect::<Result<_>>()?;
         let baseline = baseline::nominal_relation(settings, step)?;
         let detection = detection::detection(settings)?;
         let plates = figures::plates(settings, &baseline, &detection)?;

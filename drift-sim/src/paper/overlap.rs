@@ -117,7 +117,11 @@ pub(super) fn overlap(
         shared("hop = window, textbook threshold, baseline known", false, CUSUM_H),
         shared("hop = window, threshold from `drift design` for 2000 s, baseline known", false, designed),
         shared("hop = window, threshold set on healthy runs for 2000 s, baseline known", false, set_apart),
-        shared("overlapping, threshold set on healthy runs for 2000 s, baseline known", true, set_overlapping),
+        shared(
+            "overlapping, threshold set on healthy runs for 2000 s, baseline known",
+            true,
+            set_overlapping,
+        ),
     ];
     Ok(Overlap {
         lag1_overlapping: Spread::of(&runs.iter().map(|run| run.line.lag1).collect::<Vec<_>>()),
@@ -127,4 +131,3 @@ pub(super) fn overlap(
         runs: settings.healthy_runs,
     })
 }
-

@@ -13,6 +13,11 @@ pub const REFERENCE_MEAN: f64 = 0.1;
 /// Standard deviation of the reference's levels: N(0.1, 1) as stated, read as mean and standard deviation.
 pub const REFERENCE_SD: f64 = 1.0;
 
+/// Proportional gain (stated); the integral one is 100.
+pub const KP: f64 = 300.0;
+/// Another, with which the published baseline is compatible.
+pub const OTHER_KP: f64 = 200.0;
+
 /// Ticks per block of the monitor's window.
 pub const BLOCK_TICKS: u32 = 250;
 /// Blocks per window: 3 s. Open in the paper; the ratio of its ITAE to its IAE in Table 1 implies about 3.2 s.
@@ -44,6 +49,8 @@ pub const FILTER_S: f64 = 0.5;
 
 /// Levels of mu_max behind Table 1 and Figure 5a (open; the figures show 1, 3, 4 and 10).
 pub const MU_LEVELS: [f64; 5] = [0.0, 1.0, 3.0, 4.0, 10.0];
+/// Levels of mu_max up to the greatest that the published delta_mu are compatible with.
+pub const MU_LEVELS_TO_6: [f64; 5] = [0.0, 1.0, 3.0, 4.0, 6.0];
 /// Levels of sigma_growth behind Table 1 and Figure 5b (open; Figure 3 shows 1 and 10).
 pub const SIGMA_LEVELS: [f64; 4] = [0.0, 1.0, 3.0, 10.0];
 
@@ -54,8 +61,8 @@ pub const DELAY_MU: [f64; 5] = [0.0, 0.3, 1.0, 3.0, 10.0];
 /// Onset of the ramp in the delay runs, s: after the loop has settled, and half a window into a window, so that no
 /// scheme profits from how its windows lie.
 pub const DELAY_ONSET_S: f64 = 31.5;
-/// How long a delay run is watched, s, the ramp going on; whatever has not alarmed by then counts as this long.
-pub const DELAY_CAP_S: f64 = 600.0;
+/// How long a delay run is watched from the onset, s; a run that has not alarmed by then counts as this long.
+pub const DELAY_CAP_S: f64 = 1000.0;
 /// Mean time between false alarms that every scheme of the delay table is set to, s.
 pub const FALSE_ALARM_EVERY_S: f64 = 2000.0;
 
@@ -89,7 +96,7 @@ pub(super) enum Use {
 impl Settings {
     /// As published here.
     pub fn new(seed: u64) -> Self {
-        Self { seed, repeats: 20, healthy_runs: 400, streams: 200, stream_s: 2000, delay_runs: 200 }
+        Self { seed, repeats: 20, healthy_runs: 400, streams: 250, stream_s: 2000, delay_runs: 200 }
     }
 
     /// The i-th seed for a use. The seed itself is that of the paper's own figures.
@@ -107,6 +114,9 @@ impl Settings {
 
     /// Steps of progress that a whole reproduction reports.
     pub fn steps(&self) -> u64 {
-        self.repeats + self.healthy_runs + 2 * self.streams + self.delay_runs * DELAY_MU.len() as u64
+        self.repeats
+            + self.healthy_runs
+            + 2 * self.streams
+            + self.delay_runs * (2 * DELAY_MU.len() as u64 - 1)
     }
 }

@@ -20,12 +20,23 @@ pub(super) struct Drift {
     pub ramp_s: f64,
     /// When they begin, s.
     pub onset_s: f64,
+    /// What the mean does then.
+    pub after: AfterRamp,
+}
+
+/// What a drift's mean does once it has reached mu_max.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AfterRamp {
+    /// It stays there.
+    Holds,
+    /// It goes on growing at the same rate.
+    GoesOn,
 }
 
 impl Drift {
     /// Both reached at the end of a run of this length.
     pub fn over(mu_max: f64, sigma_end: f64, run_s: f64) -> Self {
-        Self { mu_max, sigma_end, ramp_s: run_s, onset_s: 0.0 }
+        Self { mu_max, sigma_end, ramp_s: run_s, onset_s: 0.0, after: AfterRamp::GoesOn }
     }
 
     /// The paper's loop with this fault.
@@ -33,9 +44,19 @@ impl Drift {
         if self.mu_max == 0.0 && self.sigma_end == 0.0 {
             return Ok(Loop::paper());
         }
-        let rates =
-            [("rate_per_s", self.mu_max / self.ramp_s), ("noise_growth_per_s", self.sigma_end / self.ramp_s)];
-        Ok(Loop::paper().with(Term::new("sensor_drift", &rates)?.from_s(self.onset_s)))
+        let ramp = |sign: f64, sigma_end: f64| {
+            let rate = sign * self.mu_max / self.ramp_s;
+            Term::new(
+                "sensor_drift",
+                &[("rate_per_s", rate), ("noise_growth_per_s", sigma_end / self.ramp_s)],
+            )
+        };
+        let model = Loop::paper().with(ramp(1.0, self.sigma_end)?.from_s(self.onset_s));
+        Ok(match self.after {
+            AfterRamp::GoesOn => model,
+            // A ramp down on top of the one up.
+            AfterRamp::Holds => model.with(ramp(-1.0, 0.0)?.from_s(self.onset_s + self.ramp_s)),
+        })
     }
 }
 
@@ -79,14 +100,23 @@ pub(super) struct Stream<'c> {
 impl Stream<'static> {
     /// Windows only: nothing is judged.
     pub fn learning(drift: &Drift, seed: u64) -> Result<Self> {
-        Self::new(&LEARNING, drift, seed, Sees::Measured)
+        Self::of(&LEARNING, &drift.in_loop()?, seed, Sees::Measured)
+    }
+
+    /// The same of a loop that differs from the paper's.
+    pub fn learning_of(model: &Loop, seed: u64) -> Result<Self> {
+        Self::of(&LEARNING, model, seed, Sees::Measured)
     }
 }
 
 impl<'c> Stream<'c> {
     pub fn new(config: &'c Config<f32, 1>, drift: &Drift, seed: u64, sees: Sees) -> Result<Self> {
+        Self::of(config, &drift.in_loop()?, seed, sees)
+    }
+
+    fn of(config: &'c Config<f32, 1>, model: &Loop, seed: u64, sees: Sees) -> Result<Self> {
         let monitor = Monitor::new(config).map_err(|e| Error::new(format!("the monitor refuses: {e}")))?;
-        let simulation = Simulation::new(&drift.in_loop()?, seed)?;
+        let simulation = Simulation::new(model, seed)?;
         Ok(Self { simulation, reference: Reference::paper(seed), monitor, sees, tick: 0 })
     }
 

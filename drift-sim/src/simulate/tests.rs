@@ -158,7 +158,8 @@ fn substeps_are_fine_enough_for_every_kind_that_needs_them() {
             let y = (0..400).map(|n| simulation.replay_step(if n % 97 < 40 { 10.0 } else { 3.0 }, &[]).y);
             y.collect::<Vec<_>>()
         };
-        let worst = run(SUBSTEPS).iter().zip(&run(100 * SUBSTEPS)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let worst =
+            run(SUBSTEPS).iter().zip(&run(100 * SUBSTEPS)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst < tolerance && worst > tolerance / 100.0, "{:?}: {worst}", model.physics);
     }
 }

@@ -30,6 +30,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     drop(progress);
     paper.write(&arguments.out)?;
     println!("{}", paper.summary());
-    println!("written: {}, paper.json and {} figures beside it", arguments.out.join("paper.md").display(), paper.figure_files().count());
+    println!(
+        "written: {}, paper.json and {} figures beside it",
+        arguments.out.join("paper.md").display(),
+        paper.figure_files().count()
+    );
     Ok(ExitCode::SUCCESS)
 }

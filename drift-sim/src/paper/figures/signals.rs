@@ -89,14 +89,20 @@ fn tracking(title: &str, signals: &Signals) -> Figure {
     Figure::stacked(
         title,
         vec![
-            over_time("r, y", vec![
-                signal("reference r", Colour::Orange, &signals.r),
-                signal("measured output y", Colour::Blue, &signals.y),
-            ]),
-            over_time("e = r \u{2212} y", vec![
-                signal("raw", Colour::Sky, &signals.e),
-                signal("filtered", Colour::Black, &filtered(&signals.e)),
-            ]),
+            over_time(
+                "r, y",
+                vec![
+                    signal("reference r", Colour::Orange, &signals.r),
+                    signal("measured output y", Colour::Blue, &signals.y),
+                ],
+            ),
+            over_time(
+                "e = r \u{2212} y",
+                vec![
+                    signal("raw", Colour::Sky, &signals.e),
+                    signal("filtered", Colour::Black, &filtered(&signals.e)),
+                ],
+            ),
         ],
     )
 }
@@ -147,16 +153,17 @@ pub(super) fn figure_7(seed: u64) -> Result<Plate> {
         last.map_or(f64::NAN, mean),
         largest(&signals.u),
     );
-    let published = "As described: u shows the drift that e hides. The sign follows from the drift's: y reads too high, \
+    let published =
+        "As described: u shows the drift that e hides. The sign follows from the drift's: y reads too high, \
                      the controller pulls it down."
-        .into();
+            .into();
     let figure = Figure::stacked(
         "Figure 7: control action with \u{3bc}_max = 10",
         vec![
-            over_time("u", vec![
-                signal("raw", Colour::Sky, &signals.u),
-                signal("filtered", Colour::Black, &smooth),
-            ]),
+            over_time(
+                "u",
+                vec![signal("raw", Colour::Sky, &signals.u), signal("filtered", Colour::Black, &smooth)],
+            ),
             over_time("u, filtered", vec![signal("", Colour::Black, &smooth)]),
             over_time("added to y", vec![signal("", Colour::Vermilion, &signals.added)]),
         ],

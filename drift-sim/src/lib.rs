@@ -2,6 +2,8 @@
 //! others, and reproduces the paper that the method comes from.
 #![forbid(unsafe_code)]
 
+pub mod baseline_file;
+pub mod calibrate;
 pub mod control_loop;
 pub mod controller;
 pub mod design;

@@ -11,7 +11,11 @@ pub const LARGEST_SLOPE: f64 = 100.0;
 pub const LARGEST_SHIFT: f64 = 100.0;
 
 fn within(name: &str, value: f64, fine: bool, allowed: impl Into<String>) -> Result<()> {
-    if fine { Ok(()) } else { Err(Error::new(format!("{name} is {value}")).allowed(allowed)) }
+    if fine {
+        return Ok(());
+    }
+    let value = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
+    Err(Error::new(format!("{name} is {value}")).allowed(allowed))
 }
 
 pub(crate) fn k(k: f64) -> Result<()> {

@@ -26,13 +26,17 @@ pub struct EstimatedBaseline {
 /// Nodes over the error of the mean.
 const NODES: usize = 24;
 /// Where the normal law of that error ends, in its deviations.
-const END: f64 = 7.0;
+const END: f64 = 6.0;
+/// The largest threshold, in sigmas, that is computed here: the integral takes thousands of run lengths.
+const LARGEST_H: f64 = 20.0;
+/// How exactly a root is found here, relative to its size.
+const EXACT: f64 = 1e-7;
 
 impl EstimatedBaseline {
     /// Mean and sigma from `windows` independent windows.
     ///
     /// # Errors
-    /// Fewer than 10 windows or more than 1e7.
+    /// Fewer than 25 windows or more than 1e7.
     pub fn independent(windows: f64) -> Result<Self> {
         Self::new(windows, windows - 1.0)
     }
@@ -41,17 +45,17 @@ impl EstimatedBaseline {
     /// `m (1 - rho)/(1 + rho)` for the mean and `m (1 - rho^2)/(1 + rho^2)` for the sigma.
     ///
     /// # Errors
-    /// `rho` is not between -1 and 1; effectively fewer than 10 windows or more than 1e7.
+    /// `rho` is not between -1 and 1; effectively fewer than 25 windows or more than 1e7.
     pub fn autocorrelated(windows: f64, rho: f64) -> Result<Self> {
         let for_mean = windows / super::siegmund::omega_squared(rho)?;
         Self::new(for_mean, windows * (1.0 - rho * rho) / (1.0 + rho * rho) - 1.0)
     }
 
     fn new(windows: f64, degrees_of_freedom: f64) -> Result<Self> {
-        if (10.0..=1e7).contains(&windows) && (9.0..=1e7).contains(&degrees_of_freedom) {
+        if (25.0..=1e7).contains(&windows) && (24.0..=1e7).contains(&degrees_of_freedom) {
             Ok(Self { windows, degrees_of_freedom })
         } else {
-            Err(Error::new(format!("the baseline has {windows} (effective) windows")).allowed("10 to 1e7"))
+            Err(Error::new(format!("the baseline has {windows} (effective) windows")).allowed("25 to 1e7"))
         }
     }
 
@@ -78,24 +82,29 @@ impl EstimatedBaseline {
         let spread = 2.0 / (9.0 * self.degrees_of_freedom);
         let ratio = |deviations: f64| (1.0 - spread + deviations * spread.sqrt()).max(0.05).powf(1.5);
         let log_arl = |s: f64| chart.arl_of(-d / s, 1.0 / s).min(f64::MAX).ln() - arl0.ln();
-        root::bracketed_to(log_arl, ratio(-END), ratio(END), 1e-9)
+        root::bracketed_to(log_arl, ratio(-END), ratio(END), EXACT)
     }
 
     /// The in-control run length that a share `probability` of all commissionings stays below.
     ///
     /// # Errors
-    /// `probability` is not between 0 and 1.
+    /// `probability` is not between 0 and 1, or a threshold of the chart is above 20 sigmas.
     pub fn arl0_quantile(&self, chart: &Cusum, probability: f64) -> Result<f64> {
+        let h = chart.up().h().max(chart.down().h());
+        if h > LARGEST_H {
+            return Err(Error::new(format!("h is {h}"))
+                .allowed(format!("up to {LARGEST_H} where the baseline is estimated")));
+        }
         check::probability("probability", probability)?;
         let at = |log_arl: f64| self.probability_below(chart, log_arl.exp()) - probability;
-        Ok(root::bracketed_to(at, 0.0, cusum::LARGEST_ARL0.ln(), 1e-9).exp())
+        Ok(root::bracketed_to(at, 0.0, cusum::LARGEST_ARL0.ln(), EXACT).exp())
     }
 
     /// The two-sided CUSUM of which a share `confidence` of all commissionings reaches the in-control run length `arl0` (decisions).
     ///
     /// # Errors
     /// As [`Cusum::with_arl0`]; `confidence` is not between 0.5 and 0.9999; `k` is 0, when no threshold
-    /// can promise anything about a mean that is off; or the threshold would be above [`super::LARGEST_H`].
+    /// can promise anything about a mean that is off; or the threshold would be above 20 sigmas.
     pub fn guaranteed(&self, k: f64, arl0: f64, confidence: f64, head_start: f64) -> Result<Cusum> {
         if !(0.5..=0.9999).contains(&confidence) {
             return Err(Error::new(format!("confidence is {confidence}")).allowed("0.5 to 0.9999"));
@@ -106,17 +115,17 @@ impl EstimatedBaseline {
         let certain = Cusum::with_arl0(k, arl0, head_start)?;
         let of = |h: f64| Cusum::new(k, h, head_start);
         let misses = |h: f64| of(h).map_or(1.0, |c| self.probability_below(&c, arl0)) - (1.0 - confidence);
-        let mut enough = certain.up().h();
+        let mut enough = certain.up().h().min(LARGEST_H);
         while misses(enough) > 0.0 {
-            if enough >= cusum::LARGEST_H {
+            if enough >= LARGEST_H {
                 return Err(Error::new(format!(
                     "arl0 {arl0} can't be promised with {} windows",
                     self.windows
                 ))
                 .allowed("more windows, a larger k, a smaller arl0 or less confidence"));
             }
-            enough = f64::min(1.5 * enough, cusum::LARGEST_H);
+            enough = f64::min(1.5 * enough, LARGEST_H);
         }
-        of(root::bracketed_to(misses, 0.5 * certain.up().h(), enough, 1e-8))
+        of(root::bracketed_to(misses, 0.5 * certain.up().h(), enough, EXACT))
     }
 }

@@ -51,14 +51,14 @@ impl Alternative {
     /// A rise of the mean by `mean` sigmas, and a deviation that is `deviation` times the healthy one (1: unchanged).
     ///
     /// # Errors
-    /// `mean` is not within 0..=10 or `deviation` not within 0.2..=5, or both leave z as it is.
+    /// `mean` is not within 0..=10 or `deviation` not within 0.5..=5, or both leave z as it is.
     pub fn new(mean: f64, deviation: f64) -> Result<Self> {
         if !(0.0..=10.0).contains(&mean) {
             return Err(Error::new(format!("the alternative's mean is {mean}")).allowed("0 to 10 sigmas"));
         }
-        if !(0.2..=5.0).contains(&deviation) {
+        if !(0.5..=5.0).contains(&deviation) {
             let what = format!("the alternative's deviation is {deviation}");
-            return Err(Error::new(what).allowed("0.2 to 5 times the healthy one"));
+            return Err(Error::new(what).allowed("0.5 to 5 times the healthy one"));
         }
         if mean < 0.01 && (deviation - 1.0).abs() < 0.01 {
             return Err(Error::new("the alternative is no different from health")
@@ -174,7 +174,12 @@ impl Sprt {
             enough = f64::min(2.0 * enough, widest + lower);
         }
         let upper = root::bracketed(|upper| at(upper).min(f64::MAX).ln() - arl0.ln(), SMALLEST, enough);
-        Self::new(alternative, lower, upper)
+        let found = Self::new(alternative, lower, upper)?;
+        if (found.repeated_arl(0.0, 1.0) / arl0 - 1.0).abs() < 1e-3 {
+            Ok(found)
+        } else {
+            Err(Error::new(format!("no threshold was found for arl0 {arl0}")).allowed("a smaller arl0"))
+        }
     }
 
     /// What it looks for.
@@ -227,7 +232,9 @@ impl Sprt {
 
     /// Of the repeated test and its mirror image together, as independent detectors.
     pub fn two_sided_arl(&self, mean: f64, deviation: f64) -> f64 {
-        1.0 / (1.0 / self.repeated_arl(mean, deviation) + 1.0 / self.repeated_arl(-mean, deviation))
+        let joint = super::joint_arl(&[mean, -mean].map(|mean| self.repeated_arl(mean, deviation)));
+        // Where both sides alarm at once the rates don't add, and no alarm comes before the first decision.
+        joint.max(1.0)
     }
 }
 

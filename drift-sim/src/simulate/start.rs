@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Result;
 use crate::control_loop::Loop;
-use crate::controller::Law;
+use crate::controller::{Controller, Law};
 use crate::plant::{Output, Plant, StateSpace};
 
 /// An operating point.
@@ -35,7 +35,9 @@ impl Start {
     }
 
     /// A first estimate from the beginning of a recording: y as measured, its rate from the first five samples, and
-    /// the integrator with which the law gives the first u. Rest where the recording is empty.
+    /// the integrator with which the law gives the first u. What was held before is, for a law with an integrator,
+    /// that integrator (the first u may be the kick of a reference's step), else the first u. Rest where the recording
+    /// is empty.
     pub fn from_recording(model: &Loop, r: &[f64], y: &[f64], u: &[f64]) -> Self {
         let (Some(&r0), Some(&y0), Some(&u0)) = (r.first(), y.first(), u.first()) else {
             return Self::rest(model);
@@ -45,7 +47,12 @@ impl Start {
         let velocity = if span == 0 { 0.0 } else { (far - y0) / (span as f64 * model.sample_time_s) };
         let mut law = Law::new(&model.controller, model.sample_time_s);
         law.start(0.0, y0, velocity, u0);
-        Self { y: y0, velocity, u: u0, integrator: law.integrator_for(r0, y0, u0), state: None }
+        let integrator = law.integrator_for(r0, y0, u0);
+        let u = match &model.controller {
+            Controller::Pi(_) | Controller::Pid(_) => model.controller.limits().clip(integrator),
+            Controller::PVelocity(_) | Controller::Recorded => u0,
+        };
+        Self { y: y0, velocity, u, integrator, state: None }
     }
 
     /// The plant's state.

@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Watch for a rise only.
     #[arg(long)]
     one_sided: bool,
-    /// CUSUM: mean and sigma come from this many independent windows; the threshold then keeps --arl0 in a share
+    /// CUSUM: mean and sigma come from this many independent windows (25 to 1e7); the threshold then keeps --arl0 in a share
     /// --confidence of all commissionings.
     #[arg(long, value_name = "M")]
     windows: Option<f64>,
@@ -54,7 +54,7 @@ pub struct Arguments {
     /// Seconds from one decision to the next: prints run lengths in hours too.
     #[arg(long, value_name = "SECONDS")]
     hop_s: Option<f64>,
-    /// SPRT: also look for a deviation that is this many times the healthy one (0.2 to 5).
+    /// SPRT: also look for a deviation that is this many times the healthy one (0.5 to 5).
     #[arg(long, value_name = "R")]
     ratio: Option<f64>,
     /// SPRT: probability to miss, which sets the lower boundary at ln(beta) [default: 0.01].

@@ -3,11 +3,12 @@
 use drift_core::Index;
 use rayon::prelude::*;
 
-use super::line::Line;
+use super::line;
 use super::settings::{KP, LONG_RUN_S, OTHER_KP, Settings, Use};
 use super::spread::Spread;
 use super::windows::{Drift, Stream, Window, energy_error};
 use crate::Result;
+use crate::calibrate::regression::Fit;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 
@@ -15,7 +16,7 @@ use crate::controller::Controller;
 #[derive(Debug, Clone, PartialEq)]
 pub struct NominalRelation {
     /// From the run with the seed asked for.
-    pub line: Line,
+    pub line: Fit,
     /// Its windows, (E_u, J_e).
     pub points: Vec<(f64, f64)>,
     /// From the repeats, this run among them.
@@ -23,7 +24,7 @@ pub struct NominalRelation {
     /// From the repeats with the proportional gain [`OTHER_KP`].
     pub with_other_kp: OverSeeds,
     /// The same run with J_e = ITAE, which the paper's section 5 names beside IAE.
-    pub itae: Line,
+    pub itae: Fit,
     /// Mean ITAE over mean IAE, s: half a window, apart from how e varies.
     pub itae_per_iae: f64,
 }
@@ -58,16 +59,16 @@ fn over_seeds(settings: &Settings, kp: f64, step: &(dyn Fn() + Sync)) -> Result<
         .map(|i| {
             let stream = Stream::learning_of(&model, settings.seed_of(Use::Repeat, i))?;
             step();
-            Line::fit(&energy_error(&stream.windows_within(LONG_RUN_S), Index::Iae))
+            line::fit(&energy_error(&stream.windows_within(LONG_RUN_S), Index::Iae))
         })
         .collect::<Result<Vec<_>>>()?;
-    let spread = |of: fn(&Line) -> f64| Spread::of(&lines.iter().map(of).collect::<Vec<_>>());
+    let spread = |of: fn(&Fit) -> f64| Spread::of(&lines.iter().map(of).collect::<Vec<_>>());
     Ok(OverSeeds {
         b0: spread(|l| l.b0),
         b1: spread(|l| l.b1),
         r2: spread(|l| l.r2),
         rmse: spread(|l| l.rmse),
-        lag1: spread(|l| l.lag1),
+        lag1: spread(|l| line::lag1(&l.residuals)),
     })
 }
 
@@ -77,10 +78,10 @@ pub(super) fn nominal_relation(settings: &Settings, step: &(dyn Fn() + Sync)) ->
     let weighted = energy_error(&windows, Index::Itae);
     let sum = |points: &[(f64, f64)]| points.iter().map(|p| p.1).sum::<f64>();
     Ok(NominalRelation {
-        line: Line::fit(&points)?,
+        line: line::fit(&points)?,
         over_seeds: over_seeds(settings, KP, step)?,
         with_other_kp: over_seeds(settings, OTHER_KP, &|| ())?,
-        itae: Line::fit(&weighted)?,
+        itae: line::fit(&weighted)?,
         itae_per_iae: sum(&weighted) / sum(&points),
         points,
     })

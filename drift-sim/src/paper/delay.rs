@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::charts::{Charts, joint_thresholds, run_lengths, standardised, threshold};
 use super::healthy::{CHANNELS, lines, tumbling};
-use super::line::{Line, lag1};
+use super::line::{self, lag1};
 use super::settings::{
     DELAY_CAP_S, DELAY_MU, DELAY_ONSET_S, FALSE_ALARM_EVERY_S, HOP_S, HOPS_PER_WINDOW, LONG_RUN_S, Settings,
     Use, WINDOW_S,
@@ -16,6 +16,7 @@ use super::settings::{
 use super::spread::{Share, Spread};
 use super::windows::{AfterRamp, Drift, Stream, Window, coordinates};
 use crate::Result;
+use crate::calibrate::regression::Fit;
 
 /// Which channels are watched, and how often.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,18 +104,19 @@ pub struct DelayStudy {
 
 /// Everything that a run is judged by.
 struct Watch {
-    lines: Vec<Line>,
+    lines: Vec<Fit>,
     thresholds: Vec<Vec<f64>>,
 }
 
 impl Watch {
     fn z(&self, windows: &[Window]) -> Vec<Vec<f32>> {
-        let of = |(line, kind): (&Line, _)| standardised(&line.known_baseline(), &coordinates(windows, kind));
+        let of =
+            |(line, kind): (&Fit, _)| standardised(&line::known_baseline(line), &coordinates(windows, kind));
         self.lines.iter().zip(CHANNELS).map(of).collect()
     }
 }
 
-fn set_thresholds(lines: Vec<Line>, calibration: &[Window]) -> Watch {
+fn set_thresholds(lines: Vec<Fit>, calibration: &[Window]) -> Watch {
     let mut watch = Watch { lines, thresholds: Vec::new() };
     let (every_hop, apart) = (watch.z(calibration), watch.z(&tumbling(calibration)));
     watch.thresholds = SCHEMES

@@ -6,7 +6,7 @@ use drift_core::{Cusum, CusumState, Detectors, FaultCurve, Index, Shewhart, Sprt
 use rayon::prelude::*;
 
 use super::baseline::healthy_windows;
-use super::line::Line;
+use super::line;
 use super::settings::{
     CUSUM_H, CUSUM_K, DETECTION_CASES, LONG_RUN_S, SAMPLE_TIME_S, SHEWHART_LIMIT, SPRT_ERROR, SPRT_SHIFT,
     Settings, Use,
@@ -14,6 +14,7 @@ use super::settings::{
 use super::spread::Spread;
 use super::windows::{Drift, Sees, Stream, config, energy_error, pair, windows_in};
 use crate::Result;
+use crate::calibrate::regression::Fit;
 
 /// One window under the detectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +47,7 @@ pub struct MonitoredRun {
     /// Window by window.
     pub judged: Vec<Judged>,
     /// The line through all its windows, the paper's non-nominal line.
-    pub fault: Line,
+    pub fault: Fit,
     /// What the monitor said last.
     pub verdict: Verdict,
     /// The curve on the windows since its alarm, if it called the deviation drift.
@@ -107,8 +108,8 @@ fn detectors() -> Detectors {
 }
 
 /// A run of 100 s under the monitor with this baseline.
-pub(super) fn monitored(line: &Line, mu_max: f64, sigma_growth: f64, seed: u64) -> Result<MonitoredRun> {
-    let configuration = config(pair(Index::Iae, line.baseline(), detectors()));
+pub(super) fn monitored(line: &Fit, mu_max: f64, sigma_growth: f64, seed: u64) -> Result<MonitoredRun> {
+    let configuration = config(pair(Index::Iae, line::baseline(line), detectors()));
     let drift = Drift::over(mu_max, sigma_growth, LONG_RUN_S);
     let mut stream = Stream::new(&configuration, &drift, seed, Sees::Measured)?;
     let (cusum, sprt) = (cusum(), sprt());
@@ -124,7 +125,7 @@ pub(super) fn monitored(line: &Line, mu_max: f64, sigma_growth: f64, seed: u64) 
             x: f64::from(channel.x),
             value: f64::from(channel.value),
             z: f64::from(z),
-            outside: f64::from(z).abs() > line.t,
+            outside: outside(line, f64::from(channel.x), f64::from(channel.value)),
             cusum: reached(&cusum, before.0, z),
             sprt: ratio_reached(&sprt, before.1, z),
             alarmed: (alarms.cusum.is_some(), alarms.sprt.is_some()),
@@ -134,7 +135,13 @@ pub(super) fn monitored(line: &Line, mu_max: f64, sigma_growth: f64, seed: u64) 
         fault_curve = channel.fault_curve;
     }
     let points: Vec<_> = judged.iter().map(|j| (j.x, j.value)).collect();
-    Ok(MonitoredRun { mu_max, sigma_growth, fault: Line::fit(&points)?, judged, verdict, fault_curve })
+    Ok(MonitoredRun { mu_max, sigma_growth, fault: line::fit(&points)?, judged, verdict, fault_curve })
+}
+
+/// Outside the 95 % prediction band.
+fn outside(line: &Fit, x: f64, value: f64) -> bool {
+    let [low, high] = line.prediction_band(x);
+    value < low || value > high
 }
 
 /// The CUSUM's sums as they stand before the restart that follows an alarm: for the eye.
@@ -156,8 +163,9 @@ pub(super) fn detection(settings: &Settings) -> Result<Vec<DetectionCase>> {
                 .into_par_iter()
                 .map(|i| {
                     let seed = settings.seed_of(Use::Repeat, i);
-                    let line = Line::fit(&energy_error(&healthy_windows(seed)?, Index::Iae))?;
-                    Ok((line, monitored(&line, *mu_max, *sigma_growth, seed)?))
+                    let line = line::fit(&energy_error(&healthy_windows(seed)?, Index::Iae))?;
+                    let run = monitored(&line, *mu_max, *sigma_growth, seed)?;
+                    Ok((line, run))
                 })
                 .collect::<Result<Vec<_>>>()?;
             case(runs)
@@ -165,8 +173,8 @@ pub(super) fn detection(settings: &Settings) -> Result<Vec<DetectionCase>> {
         .collect()
 }
 
-fn case(runs: Vec<(Line, MonitoredRun)>) -> Result<DetectionCase> {
-    let over = |of: &dyn Fn(&(Line, MonitoredRun)) -> Option<f64>| {
+fn case(runs: Vec<(Fit, MonitoredRun)>) -> Result<DetectionCase> {
+    let over = |of: &dyn Fn(&(Fit, MonitoredRun)) -> Option<f64>| {
         Spread::of(&runs.iter().filter_map(of).collect::<Vec<_>>())
     };
     let outside_pct = over(&|(_, run)| Some(run.outside_pct()));

@@ -3,10 +3,11 @@
 use drift_core::{ChannelKind, Index};
 use rayon::prelude::*;
 
-use super::line::Line;
+use super::line;
 use super::settings::{HOPS_PER_WINDOW, Settings, Use};
 use super::windows::{Drift, Stream, Window, coordinates};
 use crate::Result;
+use crate::calibrate::regression::Fit;
 
 /// The channels of the delay table.
 pub(super) const CHANNELS: [ChannelKind; 3] =
@@ -38,6 +39,6 @@ pub(super) fn tumbling(windows: &[Window]) -> Vec<Window> {
 }
 
 /// Each channel's line over these windows.
-pub(super) fn lines(windows: &[Window]) -> Result<Vec<Line>> {
-    CHANNELS.iter().map(|kind| Line::fit(&coordinates(windows, *kind))).collect()
+pub(super) fn lines(windows: &[Window]) -> Result<Vec<Fit>> {
+    CHANNELS.iter().map(|kind| line::fit(&coordinates(windows, *kind))).collect()
 }

@@ -6,12 +6,13 @@ use serde_json::{Value, json};
 use super::baseline::{NominalRelation, OverSeeds};
 use super::delay::{Delay, DelayStudy, SchemeResult};
 use super::detection::DetectionCase;
-use super::line::Line;
+use super::line;
 use super::overlap::{HealthyChart, Overlap};
 use super::published;
 use super::ranking::{Rank, Ranking};
 use super::spread::{Share, Spread};
 use super::{Paper, settings};
+use crate::calibrate::regression::Fit;
 
 pub(super) fn text(paper: &Paper) -> String {
     let value = json!({
@@ -82,17 +83,18 @@ fn share(s: &Share) -> Value {
     json!({ "share": s.share, "se": s.se })
 }
 
-fn line(l: &Line) -> Value {
+fn fit(l: &Fit) -> Value {
     json!({
         "b0": l.b0, "b1": l.b1,
-        "b0_ci95": [l.b0_ci95.0, l.b0_ci95.1], "b1_ci95": [l.b1_ci95.0, l.b1_ci95.1],
-        "r2": l.r2, "adj_r2": l.adj_r2, "rmse": l.rmse, "n": l.n, "lag1": l.lag1,
+        "b0_ci95": l.b0_ci95, "b1_ci95": l.b1_ci95,
+        "b0_ci95_hac": l.b0_ci95_hac, "b1_ci95_hac": l.b1_ci95_hac,
+        "r2": l.r2, "adj_r2": l.adj_r2, "rmse": l.rmse, "n": l.n, "lag1": line::lag1(&l.residuals),
     })
 }
 
 fn baseline(ours: &NominalRelation) -> Value {
     let theirs = &published::BASELINE;
-    let mut value = line(&ours.line);
+    let mut value = fit(&ours.line);
     value["published"] = json!({
         "b0": theirs.b0, "b1": theirs.b1,
         "b0_ci95": [theirs.b0_ci95.0, theirs.b0_ci95.1], "b1_ci95": [theirs.b1_ci95.0, theirs.b1_ci95.1],
@@ -100,7 +102,7 @@ fn baseline(ours: &NominalRelation) -> Value {
     });
     value["over_seeds"] = over_seeds(&ours.over_seeds);
     value["over_seeds_with_kp_200"] = over_seeds(&ours.with_other_kp);
-    value["with_itae"] = line(&ours.itae);
+    value["with_itae"] = fit(&ours.itae);
     value["itae_per_iae_s"] = json!(ours.itae_per_iae);
     value
 }

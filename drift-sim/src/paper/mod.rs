@@ -17,7 +17,7 @@ pub mod eigenvalues;
 mod figures;
 mod healthy;
 mod json;
-pub mod line;
+mod line;
 mod number;
 pub mod overlap;
 mod page;

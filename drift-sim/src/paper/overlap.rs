@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use super::baseline::healthy_windows;
 use super::charts::{Charts, run_lengths, standardised, threshold};
 use super::healthy::tumbling;
-use super::line::{Line, lag1};
+use super::line::{self, lag1};
 use super::settings::{CUSUM_H, CUSUM_K, FALSE_ALARM_EVERY_S, HOP_S, Settings, Use, WINDOW_S};
 use super::spread::{Share, Spread};
 use super::windows::{Window, coordinates};
 use crate::Result;
+use crate::calibrate::regression::Fit;
 use crate::design;
 
 const PAIR: ChannelKind = ChannelKind::EnergyError(Index::Iae);
@@ -52,14 +53,14 @@ pub struct Overlap {
 struct HealthyRun {
     every_hop: Vec<(f64, f64)>,
     apart: Vec<(f64, f64)>,
-    line: Line,
+    line: Fit,
 }
 
 fn healthy_runs(settings: &Settings, step: &(dyn Fn() + Sync)) -> Result<Vec<HealthyRun>> {
     let run = |i: u64| {
         let windows = healthy_windows(settings.seed_of(Use::Healthy, i))?;
         let every_hop = coordinates(&windows, PAIR);
-        let line = Line::fit(&every_hop)?;
+        let line = line::fit(&every_hop)?;
         step();
         Ok(HealthyRun { apart: coordinates(&tumbling(&windows), PAIR), every_hop, line })
     };
@@ -79,7 +80,7 @@ pub(super) fn overlap(
     step: &(dyn Fn() + Sync),
 ) -> Result<Overlap> {
     let runs = healthy_runs(settings, step)?;
-    let known = Line::fit(&coordinates(calibration, PAIR))?.known_baseline();
+    let known = line::known_baseline(&line::fit(&coordinates(calibration, PAIR))?);
     let every_hop = |windows: &[Window]| standardised(&known, &coordinates(windows, PAIR));
     let apart = |windows: &[Window]| standardised(&known, &coordinates(&tumbling(windows), PAIR));
     let (fresh, fresh_apart) = (every_hop(verification), apart(verification));
@@ -106,11 +107,11 @@ pub(super) fn overlap(
     let count = runs.len();
     let charts = vec![
         own(
-            &|i| runs.get((i + 1) % count).map(|r| r.line.baseline()),
+            &|i| runs.get((i + 1) % count).map(|r| line::baseline(&r.line)),
             "overlapping, textbook threshold, baseline from another 100 s run",
         ),
         own(
-            &|i| runs.get(i).map(|r| r.line.baseline()),
+            &|i| runs.get(i).map(|r| line::baseline(&r.line)),
             "overlapping, textbook threshold, baseline from the same 100 s run (as in Figure 8b)",
         ),
         shared("overlapping, textbook threshold, baseline known", true, CUSUM_H),
@@ -124,7 +125,7 @@ pub(super) fn overlap(
         ),
     ];
     Ok(Overlap {
-        lag1_overlapping: Spread::of(&runs.iter().map(|run| run.line.lag1).collect::<Vec<_>>()),
+        lag1_overlapping: Spread::of(&runs.iter().map(|run| lag1(&run.line.residuals)).collect::<Vec<_>>()),
         lag1_apart: lag1(&apart(calibration).into_iter().map(f64::from).collect::<Vec<_>>()),
         charts,
         textbook_arl0: design::Cusum::new(CUSUM_K, CUSUM_H, 0.0)?.arl(0.0),

@@ -1,9 +1,9 @@
 //! Figures 8 to 10: the energy-error plane, and the residual under the detectors.
 
 use super::{Plate, over_time};
+use crate::calibrate::regression::Fit;
 use crate::paper::baseline::NominalRelation;
 use crate::paper::detection::{DetectionCase, Judged, MonitoredRun, sprt_boundary};
-use crate::paper::line::Line;
 use crate::paper::settings::{CUSUM_H, SHEWHART_LIMIT};
 use crate::plot::{Colour, Figure, Layer, Marker, Panel};
 
@@ -55,11 +55,11 @@ pub(super) fn figures_8_to_10(baseline: &NominalRelation, cases: &[DetectionCase
     SHOWN.iter().filter_map(of).flatten().collect()
 }
 
-fn band(line: &Line, range: (f64, f64), half: impl Fn(f64) -> f64, name: &str, colour: Colour) -> Layer {
+fn band(range: (f64, f64), edges: impl Fn(f64) -> [f64; 2], name: &str, colour: Colour) -> Layer {
     const STEPS: u32 = 60;
     let xs = (0..=STEPS).map(|i| range.0 + (range.1 - range.0) * f64::from(i) / f64::from(STEPS));
-    let edge = |sign: f64| xs.clone().map(|x| (x, line.at(x) + sign * half(x))).collect();
-    Layer::Band { lower: edge(-1.0), upper: edge(1.0), name: name.into(), colour }
+    let (lower, upper) = xs.map(|x| (x, edges(x))).map(|(x, [low, high])| ((x, low), (x, high))).unzip();
+    Layer::Band { lower, upper, name: name.into(), colour }
 }
 
 fn plane(shown: &Shown, baseline: &NominalRelation, run: &MonitoredRun) -> Plate {
@@ -67,13 +67,13 @@ fn plane(shown: &Shown, baseline: &NominalRelation, run: &MonitoredRun) -> Plate
     let healthy = run.mu_max == 0.0;
     let xs = || run.judged.iter().map(|j| j.x).chain(baseline.points.iter().map(|p| p.0));
     let range = (xs().fold(f64::INFINITY, f64::min), xs().fold(0.0, f64::max));
-    let ends = |line: &Line| vec![(range.0, line.at(range.0)), (range.1, line.at(range.1))];
+    let ends = |line: &Fit| vec![(range.0, line.at(range.0)), (range.1, line.at(range.1))];
     let split = |outside: bool| -> Vec<(f64, f64)> {
         run.judged.iter().filter(|j| j.outside == outside).map(|j| (j.x, j.value)).collect()
     };
     let mut layers = vec![
-        band(line, range, |x| line.prediction_half(x), "95 % prediction band", Colour::Sky),
-        band(line, range, |x| line.confidence_half(x), "95 % confidence band", Colour::Blue),
+        band(range, |x| line.prediction_band(x), "95 % prediction band", Colour::Sky),
+        band(range, |x| line.confidence_band(x), "95 % confidence band", Colour::Blue),
     ];
     if !healthy {
         layers.push(Layer::points("nominal windows", Colour::Grey, Marker::Dot, baseline.points.clone()));

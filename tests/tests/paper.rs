@@ -48,12 +48,16 @@ fn the_nominal_relation_is_a_rising_line() {
     assert!(ours.over_seeds.r2.min > 0.8, "{:?}", ours.over_seeds.r2);
     assert!((0.7..0.9).contains(&ours.over_seeds.lag1.mean), "{:?}", ours.over_seeds.lag1);
     // Where we differ from the paper stays said: if these ever agree, the page must change.
-    assert!(ours.over_seeds.b0.max < published::BASELINE.b0 && ours.over_seeds.b1.max < published::BASELINE.b1);
+    assert!(
+        ours.over_seeds.b0.max < published::BASELINE.b0 && ours.over_seeds.b1.max < published::BASELINE.b1
+    );
     // What could explain it: the published line with another gain.
     let other = &ours.with_other_kp;
-    for (spread, theirs) in
-        [(other.b0, published::BASELINE.b0), (other.b1, published::BASELINE.b1), (other.r2, published::BASELINE.r2)]
-    {
+    for (spread, theirs) in [
+        (other.b0, published::BASELINE.b0),
+        (other.b1, published::BASELINE.b1),
+        (other.r2, published::BASELINE.r2),
+    ] {
         assert!((spread.min..=spread.max).contains(&theirs), "{spread:?} {theirs}");
     }
 }
@@ -68,13 +72,18 @@ fn overlapping_windows_alarm_on_healthy_data_and_are_mended() {
     for chart in [worst, same_run, known] {
         assert!(chart.alarmed.share > 0.9, "{chart:?}");
     }
-    for mended in study.charts.iter().skip(5) {
+    for mended in study.charts.iter().skip(5).take(2) {
         let expected = 1.0 - f64::exp(-100.0 / 2000.0);
         let se = (expected * (1.0 - expected) / study.runs as f64).sqrt();
         assert!((mended.alarmed.share - expected).abs() < 3.0 * se, "{mended:?}");
         let between = mended.between_s.unwrap();
         // The threshold's own standard error is as large as the verification's.
         assert!((between.mean - 2000.0).abs() < 3.0 * 1.5 * between.se, "{mended:?}");
+    }
+    // `drift calibrate` promises at least that in nine of ten calibrations.
+    for calibrated in study.charts.iter().skip(7) {
+        let between = calibrated.between_s.unwrap();
+        assert!(between.mean > 2000.0 - 3.0 * between.se, "{calibrated:?}");
     }
     assert!(study.lag1_apart.abs() < 0.05, "{}", study.lag1_apart);
 }
@@ -99,7 +108,8 @@ fn the_effort_channel_is_many_times_faster() {
         let best = mean(pair, mu_max).min(mean(overlapping, mu_max));
         assert!(best > times * mean(effort, mu_max), "{mu_max}: {best} against {}", mean(effort, mu_max));
     }
-    let moved = |channel: &str| study.effects.iter().find(|e| e.channel == channel).unwrap().last_sigmas.mean.abs();
+    let moved =
+        |channel: &str| study.effects.iter().find(|e| e.channel == channel).unwrap().last_sigmas.mean.abs();
     assert!(moved("effort") > 10.0 && moved("energy_error") < 1.0);
 }
 
@@ -154,7 +164,10 @@ fn everything_is_written_with_the_keys_that_stay() {
     assert_eq!(figures.len(), 12);
     for figure in figures {
         let svg = std::fs::read_to_string(out.join(figure)).unwrap();
-        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"), "{figure}");
+        assert!(
+            svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"),
+            "{figure}"
+        );
         assert!(page.contains(&format!("({figure})")), "{figure}");
     }
 }

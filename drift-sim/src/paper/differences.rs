@@ -83,7 +83,7 @@ fn healthy_alarms(paper: &Paper) -> String {
          mu_max = 1. See [below](#overlapping-windows-and-false-alarms-mended).",
         alarmed_healthy(paper, 0),
         settings::FALSE_ALARM_EVERY_S,
-        paper.overlap.charts.last().map_or(String::new(), |c| format!("{:.1}", c.h)),
+        paper.overlap.charts.get(6).map_or(String::new(), |c| format!("{:.1}", c.h)),
         delay.map_or(String::new(), |d| format!("{:.0}", d.delay_s.mean)),
     )
 }

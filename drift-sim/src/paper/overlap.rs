@@ -10,13 +10,20 @@ use super::baseline::healthy_windows;
 use super::charts::{Charts, run_lengths, standardised, threshold};
 use super::healthy::tumbling;
 use super::line::{self, lag1};
+use super::settings::SAMPLE_TIME_S;
 use super::settings::{CUSUM_H, CUSUM_K, FALSE_ALARM_EVERY_S, HOP_S, Settings, Use, WINDOW_S};
 use super::spread::{Share, Spread};
 use super::windows::{Window, coordinates};
-use crate::Result;
 use crate::calibrate::regression::Fit;
+use crate::calibrate::{DetectorChoice, Options, Signals, calibrate};
+use crate::control_loop::Loop;
 use crate::design;
+use crate::reference::Reference;
+use crate::simulate::simulate;
+use crate::{Error, Result};
 
+/// Length of the healthy recording that `drift calibrate` is given, s.
+const CALIBRATE_S: f64 = 3000.0;
 const PAIR: ChannelKind = ChannelKind::EnergyError(Index::Iae);
 
 /// One way to run the paper's CUSUM on healthy data.
@@ -72,6 +79,36 @@ fn alarms(baseline: &Baseline, points: &[(f64, f64)], h: f64) -> bool {
     standardised(baseline, points).into_iter().any(|z| charts.update(std::iter::once(z)))
 }
 
+/// What `drift calibrate` makes of one healthy recording: the paper's channel alone, CUSUM alone.
+fn calibrated(settings: &Settings, hop_s: f64) -> Result<(Baseline, f64)> {
+    let seed = settings.seed_of(Use::Recording, 0);
+    let r = Reference::paper(seed).take_samples((CALIBRATE_S / SAMPLE_TIME_S).round() as usize);
+    let trace = simulate(&Loop::paper(), &r, &[], seed, None)?;
+    let signals = Signals {
+        name: "healthy run",
+        sample_time_s: SAMPLE_TIME_S,
+        r: &r,
+        y: &trace.y,
+        u: &trace.u,
+        state: None,
+    };
+    let options = Options {
+        window_s: Some(WINDOW_S),
+        hop_s: Some(hop_s),
+        false_alarm_every_h: FALSE_ALARM_EVERY_S / 3600.0,
+        channels: [true, false, false],
+        detectors: DetectorChoice { shewhart: false, cusum: true, sprt: false },
+        k: CUSUM_K,
+        simulated_decisions: 500_000,
+        ..Options::default()
+    };
+    let calibration = calibrate(&[signals], &options)?;
+    let channel = calibration.channels.first();
+    let cusum = channel.and_then(|channel| Some((line::baseline(&channel.fit), channel.detectors.cusum?)));
+    let (baseline, cusum) = cusum.ok_or_else(|| Error::new("calibration gives no CUSUM"))?;
+    Ok((baseline, f64::from(cusum.h)))
+}
+
 /// `calibration` and `verification`: long healthy operation, windows every 0.5 s.
 pub(super) fn overlap(
     settings: &Settings,
@@ -83,7 +120,6 @@ pub(super) fn overlap(
     let known = line::known_baseline(&line::fit(&coordinates(calibration, PAIR))?);
     let every_hop = |windows: &[Window]| standardised(&known, &coordinates(windows, PAIR));
     let apart = |windows: &[Window]| standardised(&known, &coordinates(&tumbling(windows), PAIR));
-    let (fresh, fresh_apart) = (every_hop(verification), apart(verification));
     let set_overlapping = threshold(FALSE_ALARM_EVERY_S / HOP_S, &every_hop(calibration));
     let set_apart = threshold(FALSE_ALARM_EVERY_S / WINDOW_S, &apart(calibration));
     let designed = design::Cusum::with_arl0(CUSUM_K, FALSE_ALARM_EVERY_S / WINDOW_S, 0.0)?.up().h();
@@ -96,14 +132,20 @@ pub(super) fn overlap(
         let alarmed = Share::of(alarmed, runs.len());
         HealthyChart { says, hop_s: HOP_S, h: CUSUM_H, alarmed, between_s: None }
     };
-    let shared = |says, overlapping: bool, h: f64| {
+    let (mended_apart, mended) =
+        rayon::join(|| calibrated(settings, WINDOW_S), || calibrated(settings, HOP_S));
+    let ((apart_baseline, apart_h), (mended_baseline, mended_h)) = (mended_apart?, mended?);
+    let with = |known: &Baseline, says, overlapping: bool, h: f64| {
         let points = |run: &HealthyRun| if overlapping { run.every_hop.clone() } else { run.apart.clone() };
-        let alarmed = runs.iter().filter(|run| alarms(&known, &points(run), h)).count();
-        let (series, hop_s) = if overlapping { (&fresh, HOP_S) } else { (&fresh_apart, WINDOW_S) };
-        let between: Vec<f64> = run_lengths(&[h], &[series]).iter().map(|n| n * hop_s).collect();
+        let alarmed = runs.iter().filter(|run| alarms(known, &points(run), h)).count();
+        let hop_s = if overlapping { HOP_S } else { WINDOW_S };
+        let verifying = if overlapping { verification.to_vec() } else { tumbling(verification) };
+        let series = standardised(known, &coordinates(&verifying, PAIR));
+        let between: Vec<f64> = run_lengths(&[h], &[&series]).iter().map(|n| n * hop_s).collect();
         let between_s = Some(Spread::of(&between));
         HealthyChart { says, hop_s, h, alarmed: Share::of(alarmed, runs.len()), between_s }
     };
+    let shared = |says, overlapping: bool, h: f64| with(&known, says, overlapping, h);
     let count = runs.len();
     let charts = vec![
         own(
@@ -122,6 +164,18 @@ pub(super) fn overlap(
             "overlapping, threshold set on healthy runs for 2000 s, baseline known",
             true,
             set_overlapping,
+        ),
+        with(
+            &apart_baseline,
+            "hop = window, baseline and threshold by `drift calibrate` for 2000 s, from 3000 s",
+            false,
+            apart_h,
+        ),
+        with(
+            &mended_baseline,
+            "overlapping, baseline and threshold by `drift calibrate` for 2000 s, from 3000 s",
+            true,
+            mended_h,
         ),
     ];
     Ok(Overlap {

@@ -91,6 +91,7 @@ pub(super) enum Use {
     Calibration,
     Verification,
     Delay,
+    Recording,
 }
 
 impl Settings {
@@ -108,6 +109,7 @@ impl Settings {
             Use::Calibration => 2,
             Use::Verification => 3,
             Use::Delay => 4,
+            Use::Recording => 5,
         };
         self.seed.wrapping_add(block * APART).wrapping_add(i)
     }

@@ -9,7 +9,7 @@ pub(super) fn significant(x: f64, digits: usize) -> String {
     }
     let with_exponent = format!("{x:.*e}", digits.saturating_sub(1));
     let exponent: i32 = with_exponent.rsplit_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
-    if !(-4..7).contains(&exponent) {
+    if !(-4..5).contains(&exponent) {
         return with_exponent;
     }
     let decimals = (digits as i32 - 1 - exponent).max(0) as usize;

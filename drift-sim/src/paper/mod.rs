@@ -108,14 +108,22 @@ impl Paper {
     /// # Errors
     /// The folder or a file can't be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
-        let refused = |e: std::io::Error| Error::new(format!("can't be made: {e}")).in_file(folder);
-        std::fs::create_dir_all(folder).map_err(refused)?;
+        make_folder(folder)?;
         for plate in &self.plates {
             plate.figure.write_svg(&folder.join(plate.file))?;
         }
         output::write_text(&folder.join("paper.json"), &self.to_json())?;
         output::write_text(&folder.join("paper.md"), &self.to_markdown())
     }
+}
+
+/// Makes the folder if it is missing: before the work, so that a wrong one costs no time.
+///
+/// # Errors
+/// It can't be made.
+pub fn make_folder(folder: &Path) -> Result<()> {
+    let refused = |e: std::io::Error| Error::new(format!("can't be made: {e}")).in_file(folder);
+    std::fs::create_dir_all(folder).map_err(refused)
 }
 
 fn check(settings: &Settings) -> Result<()> {

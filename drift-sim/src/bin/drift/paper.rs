@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::Result;
-use drift_sim::paper::{Paper, Settings};
+use drift_sim::paper::{Paper, Settings, make_folder};
 
 use crate::progress::Progress;
 
@@ -24,6 +24,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    make_folder(&arguments.out)?;
     let settings = Settings::new(arguments.seed);
     let progress = Progress::of_steps("simulating", settings.steps());
     let paper = Paper::reproduce(&settings, &|| progress.step())?;

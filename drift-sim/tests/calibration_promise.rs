@@ -5,7 +5,7 @@
 use drift_core::{Channel, ChannelKind, Config, CusumState, Index};
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
 use drift_sim::calibrate::{Calibration, Effort, Options, Signals, calibrate};
-use drift_sim::loop_file;
+use drift_sim::control_loop::Loop;
 use drift_sim::reference::Reference;
 use drift_sim::simulate::Simulation;
 use rayon::prelude::*;
@@ -108,7 +108,7 @@ struct Run {
 impl Case {
     /// Healthy windows in full, after a settling time.
     fn run(&self, windows: usize, seed: u64) -> Run {
-        let model = loop_file::parse(self.file, "case.toml").unwrap();
+        let model = Loop::parse(self.file, "case.toml").unwrap();
         let mut simulation = Simulation::new(&model, seed).unwrap();
         let mut reference = Reference::random(self.mean, self.sd, self.hold_ticks, seed);
         let settle = 2 * self.window_ticks;
@@ -241,35 +241,37 @@ fn measure(case: &Case, pool: &[Vec<[(f32, f32); 3]>], n: f64, large: u64, small
     outcome
 }
 
+/// Where the window spans the loop's memory: mean run length 0.8 N to 1.5 N after 2000 windows, and nine of ten calibrations from 200
+/// windows keep N (85 % asked for here: a share of 100 has its own scatter).
+fn keeps_its_promise(case: &Case) {
+    let outcome = measure(case, &case.pool(20, 4000), 500.0, 20, 100);
+    assert!(outcome.run_lengths >= 1500, "{}", outcome.run_lengths);
+    assert!((0.8..1.5).contains(&outcome.mean_ratio), "{}", outcome.mean_ratio);
+    assert!(outcome.kept >= 0.85, "{}", outcome.kept);
+    assert!(outcome.delay[0] < 1.15 && outcome.delay[0] < outcome.delay[1], "{:?}", outcome.delay);
+}
+
 #[test]
 #[ignore = "slow: simulates a hundred thousand windows"]
-fn explore() {
-    let which = std::env::var("CASE").unwrap_or_default();
-    for case in [PAPER, FLOW, SERVO] {
-        if !which.is_empty() && !which.contains(case.name) {
-            continue;
-        }
-        let t = std::time::Instant::now();
-        let pool = case.pool(20, 5000);
-        println!("pool {:?}", t.elapsed());
-        let c = case.calibrate(2000, 500.0, 77);
-        println!("{:#?}", c.cost);
-        for ch in &c.channels {
-            println!(
-                "{} r2 {:.3} tau {:.3} lag1 {:.3} skew {:.3} {:?}",
-                ch.kind.name(),
-                ch.fit.r2,
-                ch.integrated_time,
-                ch.lag1,
-                ch.skewness,
-                ch.detectors
-            );
-        }
-        println!("{:?}", c.warnings);
-        for n in [500.0, 2000.0] {
-            let t = std::time::Instant::now();
-            measure(&case, &pool, n, 16, 100);
-            println!("{:?}", t.elapsed());
-        }
-    }
+fn a_flow_loop_keeps_its_promise() {
+    keeps_its_promise(&FLOW);
+}
+
+#[test]
+#[ignore = "slow: simulates a hundred thousand windows"]
+fn a_servo_keeps_its_promise() {
+    keeps_its_promise(&SERVO);
+}
+
+/// The paper's plant swings with a period of 3.1 s and forgets in 5 s, so its 3 s windows are not independent: 200 of them are
+/// worth 60, and the activity's residual is skewed by 1.5 to 2. After 2000 windows the promise is kept, carefully; after
+/// 200 it is kept by half of the calibrations only, and the calibration warns of it.
+#[test]
+#[ignore = "slow: simulates a hundred thousand windows"]
+fn the_papers_loop_needs_more_than_200_windows() {
+    let outcome = measure(&PAPER, &PAPER.pool(20, 2000), 500.0, 6, 20);
+    assert!((0.8..8.0).contains(&outcome.mean_ratio), "{}", outcome.mean_ratio);
+    assert!(outcome.kept >= 0.3, "{}", outcome.kept);
+    let warnings = PAPER.calibrate(200, 500.0, 3).warnings;
+    assert!(warnings.iter().any(|w| w.contains("independent windows only")), "{warnings:?}");
 }

@@ -35,20 +35,18 @@ pub fn effective_size(n: usize, integrated_time: f64) -> f64 {
 }
 
 /// The integrated autocorrelation time of a long signal, samples, from the scatter of ever longer batches' means: one
-/// pass, whatever the correlation's length. NaN leaves its pair out.
+/// pass, whatever the correlation's length. The longest of all scales is taken, since a slow part may hide behind a fast one. What
+/// is not finite is left out.
 pub fn batch_time(signal: &[f64]) -> f64 {
     let mut means: Vec<f64> = signal.iter().copied().filter(|x| x.is_finite()).collect();
     let variance = variance(&means);
-    if !(variance > 0.0) {
+    if variance.is_nan() || variance <= 0.0 {
         return 1.0;
     }
     let (mut batch, mut longest) = (1.0, 1.0f64);
     while means.len() >= 64 {
         let time = batch * self::variance(&means) / variance;
         longest = longest.max(time);
-        if batch >= 10.0 * longest {
-            break;
-        }
         means = means.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
         batch *= 2.0;
     }
@@ -71,14 +69,7 @@ pub struct Autoregression {
 }
 
 impl Autoregression {
-    /// By Yule and Walker's equations (Levinson's recursion), of the order that Akaike's criterion likes best.
-    pub fn fit(autocovariances: &[f64], n: usize) -> Self {
-        let candidates = Self::levinson(autocovariances);
-        let score = |a: &Self| n as f64 * libm::log(a.noise.max(1e-12)) + 2.0 * a.phi.len() as f64;
-        candidates.into_iter().min_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or(Self::NONE)
-    }
-
-    /// Of the given order.
+    /// Of the given order, by Yule and Walker's equations (Levinson's recursion).
     pub fn of_order(autocovariances: &[f64], order: usize) -> Self {
         Self::levinson(autocovariances.get(..=order).unwrap_or(autocovariances)).pop().unwrap_or(Self::NONE)
     }
@@ -148,7 +139,7 @@ mod tests {
             assert!((n_effective * theory.max(1.0) / 1e5 - 1.0).abs() < 0.1, "{phi}: {n_effective}");
             if phi >= 0.0 {
                 let found = batch_time(&series);
-                assert!((0.85..1.3).contains(&(found / theory)), "{phi}: {found} {theory}");
+                assert!((0.85..1.7).contains(&(found / theory)), "{phi}: {found} {theory}");
             }
         }
     }
@@ -156,7 +147,7 @@ mod tests {
     #[test]
     fn an_autoregression_is_found_again() {
         let series = autoregressive(0.6, 20_000, 7);
-        let model = Autoregression::fit(&autocovariances(&[&series], 10), series.len());
+        let model = Autoregression::of_order(&autocovariances(&[&series], 4), 4);
         let first = model.phi[0];
         assert!((first - 0.6).abs() < 0.03, "{model:?}");
         assert!((model.noise - 0.64).abs() < 0.02, "{model:?}");

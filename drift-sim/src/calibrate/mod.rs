@@ -17,6 +17,7 @@ mod marginal;
 mod process;
 pub mod regression;
 mod run_length;
+mod summary;
 mod thresholds;
 pub mod timing;
 mod windows;
@@ -339,6 +340,11 @@ fn longest_lag(n: usize, overlap: usize) -> usize {
     (8.max(4 * overlap)).min(n / 8).min(100)
 }
 
+/// Order of the residuals' autoregression, windows.
+fn memory(n: usize, overlap: usize) -> usize {
+    (6.max(3 * (overlap - 1))).min(n / 25).min(60)
+}
+
 fn set_thresholds(
     channels: &mut [ChannelFit],
     windows: &windows::Windows,
@@ -362,9 +368,10 @@ fn set_thresholds(
     }
     let columns: Vec<Vec<f64>> =
         channels.iter().map(|c| c.fit.residuals.iter().map(|e| e / c.fit.rmse).collect()).collect();
-    let process = process::Process::fit(&columns, &windows.stretches, longest_lag(n, overlap));
+    let process = process::Process::fit(&columns, &windows.stretches, memory(n, overlap));
     let (choice, k) = (options.detectors, options.k);
-    let calibrations = caution::Calibrations::simulate(&process, choice, k, n);
+    let worth = channels.iter().map(|c| c.n_effective).fold(n as f64, f64::min);
+    let calibrations = caution::Calibrations::simulate(&process, choice, k, n, worth);
     let designed = calibrations.cautious(decisions, options.confidence);
     let simulated = thresholds::Simulated::new(&process, choice, k, options.simulated_decisions);
     let detectors = simulated.detectors(designed);
@@ -470,7 +477,7 @@ fn warnings(
     let times = timing.window_s() / choice.correlation_s;
     if times < timing::CORRELATION_TIMES * 0.75 {
         said.push(format!(
-            "the window is {times:.1} correlation times of e or u long; 20 make windows nearly independent"
+            "the window is {times:.1} correlation times of e, u or r long; 20 make windows nearly independent"
         ));
     }
     let least = file.calibration.effective_windows;

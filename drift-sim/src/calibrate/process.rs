@@ -41,9 +41,9 @@ pub(super) struct Process {
 pub(super) type Series = Vec<Vec<f64>>;
 
 impl Process {
-    /// Fits standardised residuals (`columns[channel][window]`); `stretches` are the runs of windows without a gap, `most_lags` the
-    /// longest memory tried.
-    pub(super) fn fit(columns: &[Vec<f64>], stretches: &[std::ops::Range<usize>], most_lags: usize) -> Self {
+    /// Fits standardised residuals (`columns[channel][window]`); `stretches` are the runs of windows without a gap. The
+    /// memory's order is given, not selected: simulated calibrations then err as the real one does.
+    pub(super) fn fit(columns: &[Vec<f64>], stretches: &[std::ops::Range<usize>], order: usize) -> Self {
         let n = columns.first().map_or(0, Vec::len);
         let expected = scores(n);
         let normal: Vec<Vec<f64>> = columns.iter().map(|z| to_scores(z, &expected)).collect();
@@ -53,7 +53,7 @@ impl Process {
             .map(|(z, g)| {
                 let mut sorted = z.clone();
                 sorted.sort_by(f64::total_cmp);
-                let memory = Autoregression::fit(&autocovariances(&pieces(g, stretches), most_lags), n);
+                let memory = Autoregression::of_order(&autocovariances(&pieces(g, stretches), order), order);
                 ChannelProcess::new(Marginal::fit(&sorted, &expected), memory)
             })
             .collect();
@@ -152,7 +152,7 @@ mod tests {
         ]);
         truth.mixing = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.6, 0.8]);
         let series = truth.simulate(20_000, 1, 0);
-        let found = Process::fit(&series, &[0..20_000], 8);
+        let found = Process::fit(&series, std::slice::from_ref(&(0..20_000)), 8);
         assert!((found.mixing[(1, 0)] - 0.6).abs() < 0.03, "{}", found.mixing);
         for (found, truth) in found.channels.iter().zip(&truth.channels) {
             assert!((found.memory.phi[0] - 0.4).abs() < 0.04, "{:?}", found.memory);

@@ -22,7 +22,7 @@ pub struct Choice {
     pub timing: Timing,
     /// Why this window, in a sentence, where it was chosen here.
     pub reason: Option<String>,
-    /// The longer of e's and u's correlation time, s.
+    /// The longest correlation time of e, |e|, u and r, s.
     pub correlation_s: f64,
 }
 
@@ -50,7 +50,7 @@ pub fn choose(recordings: &[Signals<'_>], options: &Options) -> Result<Choice> {
 fn whole_ticks(name: &str, s: f64, sample_time_s: f64) -> Result<u64> {
     let ticks = s / sample_time_s;
     let whole = ticks.round();
-    if !(s.is_finite() && whole >= 1.0 && whole <= 1e9) {
+    if !(s.is_finite() && (1.0..=1e9).contains(&whole)) {
         return Err(Error::new(format!("{name} {s} s is {ticks} samples")).allowed("1 to 1e9 samples"));
     }
     if (ticks - whole).abs() > 1e-6 * whole {
@@ -61,11 +61,12 @@ fn whole_ticks(name: &str, s: f64, sample_time_s: f64) -> Result<u64> {
     Ok(whole as u64)
 }
 
-/// The longer of the correlation times of e and u, the longest of the recordings', ticks.
+/// The longest of the correlation times of e, of |e| (which an index integrates), of u and of r, ticks.
 fn correlation_ticks(recordings: &[Signals<'_>]) -> f64 {
     let of = |signals: &Signals<'_>| {
         let e: Vec<f64> = signals.r.iter().zip(signals.y).map(|(r, y)| r - y).collect();
-        batch_time(&e).max(batch_time(signals.u))
+        let magnitude: Vec<f64> = e.iter().map(|e| e.abs()).collect();
+        [&e[..], &magnitude, signals.u, signals.r].into_iter().map(batch_time).fold(1.0, f64::max)
     };
     recordings.iter().map(of).fold(1.0, f64::max)
 }
@@ -93,7 +94,7 @@ fn default_window(
     let times = window as f64 / correlation;
     let shorter = if wanted > most { ", as long as leaves 30 windows" } else { "" };
     let reason = format!(
-        "window {} s chosen: {times:.0} correlation times of e or u ({} s){shorter}",
+        "window {} s chosen: {times:.0} correlation times of e, u or r ({} s){shorter}",
         round(window as f64 * sample_time_s),
         round(correlation * sample_time_s),
     );
@@ -112,7 +113,7 @@ fn two_digits(n: u64) -> u64 {
 fn blocks(window: u64, hop: u64, sample_time_s: f64) -> Result<(u32, u16, u16)> {
     let common = gcd(window, hop);
     let fits = |block: u64, most: u64| {
-        common % block == 0
+        common.is_multiple_of(block)
             && block <= LONGEST_BLOCK
             && window / block <= most
             && hop / block <= u64::from(u16::MAX)
@@ -142,7 +143,7 @@ fn nearest(window: u64, hop: u64) -> Option<(u64, u64)> {
     let possible = |window: u64, hop: u64| {
         let block = gcd(window, hop);
         let block = if block > LONGEST_BLOCK {
-            (1..=LONGEST_BLOCK).rev().find(|b| block % b == 0).unwrap_or(1)
+            (1..=LONGEST_BLOCK).rev().find(|b| block.is_multiple_of(*b)).unwrap_or(1)
         } else {
             block
         };

@@ -1,11 +1,11 @@
 //! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
 #![forbid(unsafe_code)]
 
+mod calibrate;
 mod design;
 mod paper;
 #[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
 mod progress;
-#[allow(dead_code, reason = "flattened into the commands that read recordings")]
 mod recording_arguments;
 mod simulate;
 
@@ -23,6 +23,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Calibrate(Box<calibrate::Arguments>),
     Design(design::Arguments),
     Paper(paper::Arguments),
     Simulate(simulate::Arguments),
@@ -32,6 +33,7 @@ enum Command {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

@@ -11,6 +11,7 @@ pub mod error;
 pub mod loop_file;
 pub mod monitor;
 pub mod output;
+pub mod paper;
 pub mod physics;
 pub mod plant;
 pub mod plot;

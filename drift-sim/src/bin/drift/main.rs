@@ -5,7 +5,7 @@ mod calibrate;
 mod demo;
 mod design;
 mod monitor;
-#[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
+mod paper;
 mod progress;
 mod recording_arguments;
 mod simulate;
@@ -25,10 +25,11 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
-    Calibrate(Box<calibrate::Arguments>),
-    Design(design::Arguments),
     Simulate(simulate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
     Monitor(monitor::Arguments),
+    Design(design::Arguments),
+    Paper(paper::Arguments),
 }
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
     };

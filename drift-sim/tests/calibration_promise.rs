@@ -1,6 +1,6 @@
 //! Does a calibration keep what it promises? Three simulated loops are calibrated many times over, and the whole monitor (three
 //! channels, Shewhart and CUSUM each) runs over fresh healthy windows that no calibration has seen. The truth is the simulator.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 use drift_core::{Channel, ChannelKind, Config, CusumState, Index};
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};

@@ -1,5 +1,5 @@
 //! Calibration from signals to file: the same on any number of threads, and what it refuses.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
 use drift_sim::calibrate::{Options, Signals, calibrate};

@@ -8,7 +8,10 @@
 //! 4. The same process simulates other calibrations of the same loop, and the thresholds are made for a run length so much
 //!    longer that the wanted share of them (the confidence) keeps the promise.
 //!
-//! What was tried and not kept: the closed form with a variance inflated for autocorrelation alone. It is blind to skewness, on which
+//! The confidence is a target, not a guarantee: asked for 90 %, of 100 calibrations from 200 windows 96 (flow loop) and 83 (servo)
+//! kept it, and only about 60 on the paper's loop, whose windows are strongly correlated and skewed. Measured in `tests/calibration_promise.rs`.
+//!
+//! The closed form with a variance inflated for autocorrelation alone was not compared: it is blind to skewness, on which
 //! a Shewhart limit hangs most.
 
 pub mod autocorrelation;

@@ -3,7 +3,7 @@
 
 use crate::detector::{Alarms, DetectorStates, Detectors};
 use crate::index::{Index, Indices};
-use crate::line_fit::LineFit;
+use crate::line_fit::Line;
 use crate::math;
 use crate::store::Fingerprint;
 
@@ -190,26 +190,27 @@ pub struct FaultCurve {
 }
 
 impl FaultCurve {
-    pub(crate) fn of(fit: &LineFit, baseline: &Baseline) -> Self {
-        let shift = baseline.residual(fit.x_mean(), fit.value_mean());
-        let (b0, b1) = (fit.b0(), fit.b1());
+    pub(crate) fn of(line: &Line, windows: u32, baseline: &Baseline) -> Self {
+        let shift = baseline.residual(line.x_mean, line.value_mean);
+        let b1 = line.b1(windows);
+        let b0 = line.value_mean - b1 * line.x_mean;
         let variance = baseline.sigma * baseline.sigma;
-        let n = fit.windows() as f32;
+        let n = windows as f32;
         // Nine times the variance on the right: three standard errors without a square root.
         let lifted = n > 0.0 && shift * shift > 9.0 * variance / n;
         let tilt = b1 - baseline.b1;
-        let mut tilt_variance = if fit.x_ss() > 0.0 { variance / fit.x_ss() } else { f32::INFINITY };
+        let mut tilt_variance = if line.x_ss > 0.0 { variance / line.x_ss } else { f32::INFINITY };
         if baseline.x_ss > 0.0 {
             tilt_variance += variance / baseline.x_ss;
         }
-        let tilted = fit.windows() > 2 && tilt * tilt > 9.0 * tilt_variance;
+        let tilted = windows > 2 && tilt * tilt > 9.0 * tilt_variance;
         let moved = match (lifted, tilted) {
             (false, false) => Moved::Undecided,
             (true, false) => Moved::Intercept,
             (false, true) => Moved::Slope,
             (true, true) => Moved::Both,
         };
-        Self { b0, b1, shift, windows: fit.windows(), moved }
+        Self { b0, b1, shift, windows, moved }
     }
 }
 

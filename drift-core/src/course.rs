@@ -7,7 +7,7 @@
 //! `confirm_hops` decisions have passed; before that, nothing can be told from a disturbance of that length.
 
 use crate::detector::Side;
-use crate::line_fit::LineFit;
+use crate::line_fit::Line;
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -77,10 +77,11 @@ enum Phase {
 pub(crate) struct Course {
     phase: Phase,
     side: Side,
+    /// Decisions since the alarm; stands still at 65535, and the curve with it.
     hops: u16,
     farthest: f32,
     evidence: f32,
-    since: LineFit,
+    since: Line,
 }
 
 impl Course {
@@ -90,7 +91,7 @@ impl Course {
         hops: 0,
         farthest: 0.0,
         evidence: 0.0,
-        since: LineFit::EMPTY,
+        since: Line::EMPTY,
     };
 
     /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates.
@@ -106,7 +107,10 @@ impl Course {
             let Some(side) = alarm else { return Verdict::Healthy };
             *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
         }
-        self.since.add(x, value);
+        if self.hops < u16::MAX {
+            self.hops += 1;
+            self.since.add(u32::from(self.hops), x, value);
+        }
         self.weigh(decision, self.side.sign() * z);
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;
@@ -120,7 +124,6 @@ impl Course {
     }
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
-        self.hops = self.hops.saturating_add(1);
         if away > self.farthest {
             self.farthest = away;
         }
@@ -145,8 +148,8 @@ impl Course {
     }
 
     /// The windows since the alarm, once the drift is confirmed.
-    pub(crate) fn drifted(&self) -> Option<&LineFit> {
-        (self.phase == Phase::Drift).then_some(&self.since)
+    pub(crate) fn drifted(&self) -> Option<(&Line, u32)> {
+        (self.phase == Phase::Drift).then_some((&self.since, u32::from(self.hops)))
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
@@ -174,7 +177,7 @@ impl Course {
             hops: from.u16()?,
             farthest: from.f32()?,
             evidence: from.f32()?,
-            since: LineFit::read(from)?,
+            since: Line::read(from)?,
         })
     }
 }

@@ -58,6 +58,12 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     type Block: Copy + core::fmt::Debug;
     /// No tick yet.
     const EMPTY: Self::Block;
+    /// Takes a block's place in the window that had too few valid ticks.
+    const INVALID: Self::Block;
+    /// The readings before are needed at every tick.
+    const USES_BEFORE: bool;
+    /// y of the tick before, where the set needs it.
+    type YBefore: Copy + core::fmt::Debug + Default;
     /// The longest block whose sums can't overflow, ticks.
     const MAX_BLOCK_TICKS: u32;
     /// Mean u and y, the reference's activity and the motion are kept: the effort and activity channels need them.
@@ -66,14 +72,22 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     const TAG: u8;
     /// Whether the error index is kept.
     fn keeps(index: Index) -> bool;
+    /// Stores y for the next tick.
+    fn remember_y(memory: &mut Self::YBefore, y: N);
+    /// The stored y; zero where the set needs none.
+    fn y_before(memory: &Self::YBefore) -> N;
     /// Adds one valid tick.
-    fn add(block: &mut Self::Block, tick_in_block: u32, step: &Step<N>);
+    fn add(block: &mut Self::Block, step: &Step<N>);
+    /// A tick passes without a valid sample.
+    fn pass(block: &mut Self::Block);
+    /// Not [`IndexSet::INVALID`].
+    fn is_valid(block: &Self::Block) -> bool;
     /// As if all `whole` ticks had been valid, not `part`.
     fn extrapolate(block: &mut Self::Block, part: u32, whole: u32);
     /// Zero in the indices that are kept.
     fn begin(total: &mut Indices);
-    /// Adds a block that begins `offset_ticks` into the window.
-    fn fold(total: &mut Indices, block: &Self::Block, offset_ticks: f32);
+    /// Adds a block that ends before the window's tick `end_ticks`.
+    fn fold(total: &mut Indices, block: &Self::Block, end_ticks: f32);
     /// Raw sums to units and seconds.
     fn scale(total: &mut Indices, by: &Scale);
     /// Saves.
@@ -129,7 +143,10 @@ impl<J: ErrorIndex> sealed::Sealed for Pair<J> {}
 
 impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
     type Block = PairBlock<N::Sum, J::Sums<N>>;
+    type YBefore = ();
     const EMPTY: Self::Block = PairBlock { energy: N::NOTHING, error: J::Sums::EMPTY };
+    const INVALID: Self::Block = PairBlock { energy: N::NO_SUM, error: J::Sums::EMPTY };
+    const USES_BEFORE: bool = false;
     const MAX_BLOCK_TICKS: u32 = J::Sums::<N>::MAX_BLOCK_TICKS;
     const KEEPS_EFFORT: bool = false;
     const TAG: u8 = 1 + J::INDEX as u8;
@@ -138,9 +155,21 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         index == J::INDEX
     }
     #[inline(always)]
-    fn add(block: &mut Self::Block, tick_in_block: u32, step: &Step<N>) {
+    fn remember_y((): &mut (), _: N) {}
+    #[inline(always)]
+    fn y_before((): &()) -> N {
+        N::ZERO
+    }
+    #[inline(always)]
+    fn add(block: &mut Self::Block, step: &Step<N>) {
         step.u.add_square(&mut block.energy);
-        block.error.add(tick_in_block, step.r.minus(step.y).magnitude(), J::SQUARED);
+        block.error.add(step.r.minus(step.y).magnitude(), J::SQUARED);
+    }
+    fn pass(block: &mut Self::Block) {
+        block.error.pass();
+    }
+    fn is_valid(block: &Self::Block) -> bool {
+        !N::is_no_sum(block.energy)
     }
     fn extrapolate(block: &mut Self::Block, part: u32, whole: u32) {
         block.energy = N::extrapolate(block.energy, part, whole);
@@ -150,9 +179,9 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         total.e_u = 0.0;
         *total.error_index_mut(J::INDEX) = 0.0;
     }
-    fn fold(total: &mut Indices, block: &Self::Block, offset_ticks: f32) {
+    fn fold(total: &mut Indices, block: &Self::Block, end_ticks: f32) {
         total.e_u += N::sum_to_f32(block.energy);
-        *total.error_index_mut(J::INDEX) += block.error.in_window(offset_ticks);
+        *total.error_index_mut(J::INDEX) += block.error.in_window(end_ticks);
     }
     fn scale(total: &mut Indices, by: &Scale) {
         total.e_u *= by.u_unit * by.u_unit * by.tick_s * by.fill;
@@ -187,10 +216,23 @@ pub struct FullBlock<N: Number> {
     peak_e: N,
 }
 
+/// y of the tick before.
+#[derive(Debug, Clone, Copy)]
+pub struct YBefore<N>(N);
+
+impl<N: Number> Default for YBefore<N> {
+    fn default() -> Self {
+        Self(N::ZERO)
+    }
+}
+
 impl sealed::Sealed for Full {}
 
 impl<N: Number> IndexSet<N> for Full {
     type Block = FullBlock<N>;
+    type YBefore = YBefore<N>;
+    const INVALID: FullBlock<N> = FullBlock { energy: N::NO_SUM, ..Self::EMPTY };
+    const USES_BEFORE: bool = true;
     const EMPTY: FullBlock<N> = FullBlock {
         energy: N::NOTHING,
         absolute: Weighted::EMPTY,
@@ -212,17 +254,25 @@ impl<N: Number> IndexSet<N> for Full {
         true
     }
     #[inline(always)]
-    fn add(block: &mut FullBlock<N>, tick_in_block: u32, step: &Step<N>) {
+    fn remember_y(memory: &mut YBefore<N>, y: N) {
+        memory.0 = y;
+    }
+    #[inline(always)]
+    fn y_before(memory: &YBefore<N>) -> N {
+        memory.0
+    }
+    #[inline(always)]
+    fn add(block: &mut FullBlock<N>, step: &Step<N>) {
         let e = step.r.minus(step.y);
         let (magnitude, u_magnitude) = (e.magnitude(), step.u.magnitude());
+        let dy = step.y.minus(step.y_before);
         step.u.add_square(&mut block.energy);
-        block.absolute.add(tick_in_block, magnitude, false);
-        block.square.add(tick_in_block, magnitude, true);
+        block.absolute.add(magnitude, false);
+        block.square.add(magnitude, true);
         step.u.add(&mut block.u);
         step.y.add(&mut block.y);
         e.add(&mut block.e);
         step.r.minus(step.r_before).add_square(&mut block.reference_step_square);
-        let dy = step.y.minus(step.y_before);
         step.u.along(dy).add(&mut block.motion_effort);
         dy.magnitude().add(&mut block.travel);
         if magnitude > block.peak_e {
@@ -231,6 +281,13 @@ impl<N: Number> IndexSet<N> for Full {
         if u_magnitude > block.peak_u {
             block.peak_u = u_magnitude;
         }
+    }
+    fn pass(block: &mut FullBlock<N>) {
+        ErrorSums::<N>::pass(&mut block.absolute);
+        ErrorSums::<N>::pass(&mut block.square);
+    }
+    fn is_valid(block: &FullBlock<N>) -> bool {
+        !N::is_no_sum(block.energy)
     }
     fn extrapolate(block: &mut FullBlock<N>, part: u32, whole: u32) {
         block.absolute.extrapolate(part, whole);
@@ -264,12 +321,12 @@ impl<N: Number> IndexSet<N> for Full {
             speed: 0.0,
         };
     }
-    fn fold(total: &mut Indices, block: &FullBlock<N>, offset_ticks: f32) {
+    fn fold(total: &mut Indices, block: &FullBlock<N>, end_ticks: f32) {
         total.e_u += N::sum_to_f32(block.energy);
         total.iae += block.absolute.plain();
         total.ise += block.square.plain();
-        total.itae += block.absolute.in_window(offset_ticks);
-        total.itse += block.square.in_window(offset_ticks);
+        total.itae += block.absolute.in_window(end_ticks);
+        total.itse += block.square.in_window(end_ticks);
         total.mean_u += N::sum_to_f32(block.u);
         total.mean_y += N::sum_to_f32(block.y);
         total.mean_e += N::sum_to_f32(block.e);

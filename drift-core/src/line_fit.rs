@@ -6,22 +6,62 @@
 
 use crate::store::{Reader, Writer};
 
+/// The fitted line without its scatter; whoever holds it counts the windows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Line {
+    pub x_mean: f32,
+    pub value_mean: f32,
+    pub x_ss: f32,
+    x_value_ss: f32,
+}
+
+impl Line {
+    pub const EMPTY: Self = Self { x_mean: 0.0, value_mean: 0.0, x_ss: 0.0, x_value_ss: 0.0 };
+
+    /// Adds a window, the `count`th; the value's distance from the mean before it and after it.
+    pub fn add(&mut self, count: u32, x: f32, value: f32) -> (f32, f32) {
+        let weight = 1.0 / count as f32;
+        let (dx, before) = (x - self.x_mean, value - self.value_mean);
+        self.x_mean += dx * weight;
+        self.value_mean += before * weight;
+        let after = value - self.value_mean;
+        self.x_ss += dx * (x - self.x_mean);
+        self.x_value_ss += dx * after;
+        (before, after)
+    }
+
+    pub fn b1(&self, count: u32) -> f32 {
+        let rounding = 1e-6 * self.x_mean;
+        if self.x_ss > count as f32 * rounding * rounding { self.x_value_ss / self.x_ss } else { 0.0 }
+    }
+
+    pub fn write(&self, to: &mut Writer<'_>) {
+        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss].into_iter().for_each(|w| to.f32(w));
+    }
+
+    pub fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self {
+            x_mean: from.f32()?,
+            value_mean: from.f32()?,
+            x_ss: from.f32()?,
+            x_value_ss: from.f32()?,
+        })
+    }
+}
+
 /// `value = b0 + b1*x`, learnt one window at a time. Constant memory, one division per window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineFit {
     windows: u32,
-    x_mean: f32,
-    value_mean: f32,
-    x_ss: f32,
-    x_value_ss: f32,
+    line: Line,
     value_ss: f32,
 }
 
 impl LineFit {
     /// No window yet.
-    pub const EMPTY: Self =
-        Self { windows: 0, x_mean: 0.0, value_mean: 0.0, x_ss: 0.0, x_value_ss: 0.0, value_ss: 0.0 };
+    pub const EMPTY: Self = Self { windows: 0, line: Line::EMPTY, value_ss: 0.0 };
 
     /// Adds a window. At `u32::MAX` windows it stops learning.
     pub fn add(&mut self, x: f32, value: f32) {
@@ -29,13 +69,8 @@ impl LineFit {
             return;
         }
         self.windows += 1;
-        let weight = 1.0 / self.windows as f32;
-        let (dx, dv) = (x - self.x_mean, value - self.value_mean);
-        self.x_mean += dx * weight;
-        self.value_mean += dv * weight;
-        self.x_ss += dx * (x - self.x_mean);
-        self.x_value_ss += dx * (value - self.value_mean);
-        self.value_ss += dv * (value - self.value_mean);
+        let (before, after) = self.line.add(self.windows, x, value);
+        self.value_ss += before * after;
     }
 
     /// Windows so far.
@@ -45,28 +80,27 @@ impl LineFit {
 
     /// Mean of x.
     pub const fn x_mean(&self) -> f32 {
-        self.x_mean
+        self.line.x_mean
     }
 
     /// Mean of the value.
     pub const fn value_mean(&self) -> f32 {
-        self.value_mean
+        self.line.value_mean
     }
 
     /// Sum of squared deviations of x.
     pub const fn x_ss(&self) -> f32 {
-        self.x_ss
+        self.line.x_ss
     }
 
     /// Slope; zero while x has not varied beyond its own rounding.
     pub fn b1(&self) -> f32 {
-        let rounding = 1e-6 * self.x_mean;
-        if self.x_ss > self.windows as f32 * rounding * rounding { self.x_value_ss / self.x_ss } else { 0.0 }
+        self.line.b1(self.windows)
     }
 
     /// Intercept.
     pub fn b0(&self) -> f32 {
-        self.value_mean - self.b1() * self.x_mean
+        self.line.value_mean - self.b1() * self.line.x_mean
     }
 
     /// Residual variance with n - 2 degrees of freedom; zero below three windows. The part of the scatter below
@@ -75,26 +109,8 @@ impl LineFit {
         if self.windows < 3 {
             return 0.0;
         }
-        let ss = self.value_ss - self.b1() * self.x_value_ss;
+        let ss = self.value_ss - self.b1() * self.line.x_value_ss;
         if ss > 0.0 { ss / (self.windows - 2) as f32 } else { 0.0 }
-    }
-
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.u32(self.windows);
-        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss, self.value_ss]
-            .into_iter()
-            .for_each(|w| to.f32(w));
-    }
-
-    pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
-        Some(Self {
-            windows: from.u32()?,
-            x_mean: from.f32()?,
-            value_mean: from.f32()?,
-            x_ss: from.f32()?,
-            x_value_ss: from.f32()?,
-            value_ss: from.f32()?,
-        })
     }
 }
 

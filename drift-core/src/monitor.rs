@@ -7,8 +7,8 @@
 use heapless::HistoryBuf;
 
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
-use crate::config::{Config, ConfigError};
-use crate::course::{Course, Verdict};
+use crate::config::{Blanking, Config, ConfigError};
+use crate::course::{Course, Decision, Verdict};
 use crate::detector::{Alarms, DetectorStates};
 use crate::index::Indices;
 use crate::index_set::{Full, IndexSet, Pair, Scale, Step};
@@ -28,19 +28,43 @@ struct ChannelState {
 /// `C`: channels. The configuration is borrowed and may lie in flash.
 #[derive(Debug, Clone)]
 pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> {
+    // In the order in which the tick path meets them: short offsets are shorter instructions.
     config: &'c Config<N, C>,
-    ring: HistoryBuf<S::Block, B>,
-    /// Bit i: the i-th newest block in the ring had enough valid ticks.
-    valid_blocks: u64,
     open: S::Block,
-    tick_in_block: u32,
-    valid_in_block: u32,
+    /// Ticks until the open block closes.
+    ticks_left: u16,
+    /// Of the open block's ticks, those without a valid sample.
+    passed: u16,
     blocks_to_hop: u16,
+    /// What a tick must look at besides the limits of its number.
+    checks: Checks,
+    r_before: N,
+    y_before: S::YBefore,
     blank_ticks: u32,
-    before: Option<(N, N)>,
     excluded: Excluded,
     hop: u32,
     channels: [ChannelState; C],
+    ring: HistoryBuf<S::Block, B>,
+}
+
+/// Bits, zero on most ticks of a loop without limits and blanking: one comparison on the tick path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Checks(u8);
+
+impl Checks {
+    /// No reading before this one: after a start, manual mode, a restarted window.
+    const FIRST: u8 = 1;
+    const SATURATION: u8 = 2;
+    const BLANKING: u8 = 4;
+
+    fn of<N, const C: usize>(config: &Config<N, C>) -> Self {
+        let saturation = if config.saturation.is_some() { Self::SATURATION } else { 0 };
+        let blanking = if config.blanking.is_some() { Self::BLANKING } else { 0 };
+        Self(Self::FIRST | saturation | blanking)
+    }
+    fn has(self, bit: u8) -> bool {
+        self.0 & bit != 0
+    }
 }
 
 /// The paper's pair in one channel.
@@ -61,23 +85,26 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     pub fn new(config: &'c Config<N, C>) -> Result<Self, ConfigError> {
         const { assert!(B > 0 && B <= 64, "a monitor has 1 to 64 blocks") };
         config.validate::<S>(B)?;
-        Ok(Self {
+        Ok(Self::start(config))
+    }
+
+    /// For a valid configuration.
+    fn start(config: &'c Config<N, C>) -> Self {
+        Self {
             config,
-            ring: HistoryBuf::new(),
-            valid_blocks: 0,
             open: S::EMPTY,
-            tick_in_block: 0,
-            valid_in_block: 0,
+            ticks_left: config.block_ticks as u16,
+            passed: 0,
             blocks_to_hop: config.hop_blocks,
+            checks: Checks::of(config),
+            r_before: N::ZERO,
+            y_before: S::YBefore::default(),
             blank_ticks: 0,
-            before: None,
             excluded: Excluded::NONE,
             hop: 0,
-            channels: config
-                .channels
-                .each_ref()
-                .map(|c| ChannelState { detectors: c.detectors.start(), course: Course::HEALTHY }),
-        })
+            channels: config.channels.each_ref().map(ChannelState::start),
+            ring: HistoryBuf::new(),
+        }
     }
 
     /// The configuration.
@@ -88,33 +115,49 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// One tick of the closed loop. `Some` once per hop, from the first full window on.
     ///
     /// Besides a hop: adds and compares only, no division, no square root, the same work every tick.
-    #[inline]
+    #[inline(always)]
     pub fn tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
-        match self.admit(r, y, u) {
-            Ok(step) => {
-                S::add(&mut self.open, self.tick_in_block, &step);
-                self.valid_in_block += 1;
-            }
-            Err(why) => self.excluded.count(why),
+        // Three comparisons on most ticks; whatever else they can lead to is one call apart.
+        let left = self.ticks_left.wrapping_sub(1);
+        if self.checks == Checks(0) && left != 0 && N::surely_admissible(r, y, u) {
+            self.ticks_left = left;
+            self.add(r, y, u);
+            return None;
+        }
+        self.rare_tick(r, y, u)
+    }
+
+    /// A tick that closes its block, or has to be looked at more closely.
+    #[inline(never)]
+    fn rare_tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
+        match self.examine(r, y, u) {
+            None => self.add(r, y, u),
+            Some(why) => self.pass(why),
         }
         self.advance()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, r: N, y: N, u: N) {
+        let step = Step { r, y, u, r_before: self.r_before, y_before: S::y_before(&self.y_before) };
+        if S::USES_BEFORE {
+            self.remember(r, y);
+        }
+        S::add(&mut self.open, &step);
     }
 
     /// One tick of any kind.
     pub fn tick_input(&mut self, input: Input<N>) -> Option<Report<C>> {
         match input {
-            Input::Sample { r, y, u } => self.tick(r, y, u),
+            Input::Sample { r, y, u } => return self.tick(r, y, u),
             Input::Manual => {
                 // The loop reopens anywhere: a step across the gap is none of its own.
-                self.before = None;
-                self.excluded.count(Exclusion::Manual);
-                self.advance()
+                self.checks.0 |= Checks::FIRST;
+                self.pass(Exclusion::Manual);
             }
-            Input::Missing => {
-                self.excluded.count(Exclusion::Missing);
-                self.advance()
-            }
+            Input::Missing => self.pass(Exclusion::Missing),
         }
+        self.advance()
     }
 
     /// Many ticks at once: the same, bit for bit, as one by one. Reads as many as the shortest slice has.
@@ -134,10 +177,9 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
         self.ring = HistoryBuf::new();
-        self.valid_blocks = 0;
         self.start_block();
         self.blocks_to_hop = self.config.hop_blocks;
-        self.before = None;
+        self.checks.0 |= Checks::FIRST;
         self.blank_ticks = 0;
         self.excluded = Excluded::NONE;
     }
@@ -145,76 +187,120 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// Forgets alarms and courses, for a fault that was seen to; the window stays.
     pub fn acknowledge(&mut self) {
         for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
-            *state = ChannelState { detectors: channel.detectors.start(), course: Course::HEALTHY };
+            *state = ChannelState::start(channel);
         }
     }
 
-    #[inline(always)]
-    fn admit(&mut self, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
+    /// Why a sample does not enter the sums, if so.
+    fn examine(&mut self, r: N, y: N, u: N) -> Option<Exclusion> {
         if !(r.admissible() && y.admissible() && u.admissible()) {
-            return Err(refusal(r, y, u));
+            let non_finite = r.non_finite() || y.non_finite() || u.non_finite();
+            return Some(if non_finite { Exclusion::NonFinite } else { Exclusion::OutOfRange });
         }
-        let (r_before, y_before) = self.before.replace((r, y)).unwrap_or((r, y));
-        if let Some(blanking) = &self.config.blanking {
-            if r.minus(r_before).magnitude() > blanking.reference_step {
-                self.blank_ticks = blanking.ticks;
+        if self.checks.has(Checks::FIRST) {
+            self.checks.0 &= !Checks::FIRST;
+            self.remember(r, y);
+        }
+        let why = match (&self.config.blanking, &self.config.saturation) {
+            (Some(blanking), _) if self.blanked(blanking, r) => Exclusion::Blanked,
+            (_, Some(limits)) if u >= limits.u_max || u <= limits.u_min => Exclusion::Saturated,
+            _ => {
+                // A set that uses the readings before still needs them for this tick.
+                if !S::USES_BEFORE {
+                    self.r_before = r;
+                }
+                return None;
             }
-            if self.blank_ticks > 0 {
-                self.blank_ticks -= 1;
-                return Err(Exclusion::Blanked);
-            }
+        };
+        self.remember(r, y);
+        Some(why)
+    }
+
+    fn blanked(&mut self, blanking: &Blanking<N>, r: N) -> bool {
+        if r.minus(self.r_before).magnitude() > blanking.reference_step {
+            self.blank_ticks = blanking.ticks;
         }
-        if self.config.saturation.as_ref().is_some_and(|s| u >= s.u_max || u <= s.u_min) {
-            return Err(Exclusion::Saturated);
-        }
-        Ok(Step { r, y, u, r_before, y_before })
+        let blanked = self.blank_ticks > 0;
+        self.blank_ticks -= u32::from(blanked);
+        blanked
     }
 
     #[inline(always)]
+    fn remember(&mut self, r: N, y: N) {
+        self.r_before = r;
+        S::remember_y(&mut self.y_before, y);
+    }
+
+    /// A tick without a valid sample.
+    fn pass(&mut self, why: Exclusion) {
+        self.excluded.count(why);
+        self.passed = self.passed.saturating_add(1);
+        S::pass(&mut self.open);
+    }
+
     fn advance(&mut self) -> Option<Report<C>> {
-        self.tick_in_block += 1;
-        if self.tick_in_block < self.config.block_ticks { None } else { self.close_block() }
+        self.ticks_left = self.ticks_left.wrapping_sub(1);
+        if self.ticks_left == 0 { self.close_block() } else { None }
     }
 
     fn start_block(&mut self) {
         self.open = S::EMPTY;
-        self.tick_in_block = 0;
-        self.valid_in_block = 0;
+        self.ticks_left = self.config.block_ticks as u16;
+        self.passed = 0;
     }
 
+    #[inline(never)]
     fn close_block(&mut self) -> Option<Report<C>> {
-        let (valid, whole) = (self.valid_in_block, self.tick_in_block);
-        let enough = valid == whole || valid as f32 >= self.config.min_valid * whole as f32;
-        if enough && valid < whole {
-            S::extrapolate(&mut self.open, valid, whole);
+        if self.passed > 0 {
+            self.make_up();
         }
         self.ring.write(self.open);
-        self.valid_blocks = (self.valid_blocks << 1) | u64::from(enough);
         self.start_block();
         self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
         if self.blocks_to_hop > 0 {
             return None;
         }
         self.blocks_to_hop = self.config.hop_blocks;
-        (self.ring.len() >= usize::from(self.config.window_blocks)).then(|| self.decide())
+        if self.ring.len() < usize::from(self.config.window_blocks) {
+            return None;
+        }
+        Some(self.decide())
     }
 
-    #[inline(never)]
+    /// What a block lacks is made up in proportion; a block that lacks too much does not count.
+    #[cold]
+    fn make_up(&mut self) {
+        let whole = self.config.block_ticks;
+        let valid = whole.saturating_sub(u32::from(self.passed));
+        if valid as f32 >= self.config.min_valid * whole as f32 {
+            S::extrapolate(&mut self.open, valid, whole);
+        } else {
+            self.open = S::INVALID;
+        }
+    }
+
+    #[inline(always)]
     fn decide(&mut self) -> Report<C> {
-        let indices = self.window();
         let mut report = Report {
             hop: self.hop,
-            status: if indices.is_some() { WindowStatus::Valid } else { WindowStatus::TooFewValid },
+            status: WindowStatus::TooFewValid,
             verdict: Verdict::Healthy,
             location: Location::Nowhere,
-            indices: indices.unwrap_or(Indices::NOT_KEPT),
+            indices: Indices::NOT_KEPT,
             excluded: self.excluded,
             channels: self.config.channels.each_ref().map(|c| unjudged(c.kind)),
         };
+        if self.window(&mut report.indices) {
+            report.status = WindowStatus::Valid;
+        }
         for ((state, channel), out) in
             self.channels.iter_mut().zip(&self.config.channels).zip(&mut report.channels)
         {
-            *out = state.judge(self.config, channel, indices.as_ref());
+            out.verdict = state.course.verdict();
+            if report.status == WindowStatus::Valid {
+                state.judge(&self.config.decision, channel, &report.indices, out);
+            }
+            state.describe(channel, out);
             report.verdict = report.verdict.max(out.verdict);
             report.location = report.location.with(out);
         }
@@ -223,34 +309,40 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         report
     }
 
-    /// Adds the ring up; `None` with too few valid blocks.
-    fn window(&self) -> Option<Indices> {
-        let blocks = usize::from(self.config.window_blocks);
-        let mut total = Indices::NOT_KEPT;
-        S::begin(&mut total);
-        let mut valid = 0u32;
-        let older = self.ring.len().saturating_sub(blocks);
-        let mut offset_ticks = 0.0;
-        for (position, block) in self.ring.oldest_ordered().skip(older).enumerate() {
-            let age = blocks.saturating_sub(1 + position) as u32;
-            if self.valid_blocks.wrapping_shr(age) & 1 == 1 {
-                S::fold(&mut total, block, offset_ticks);
-                valid += 1;
+    /// Adds the ring up; false, and nothing kept, with too few valid blocks.
+    fn window(&self, total: &mut Indices) -> bool {
+        let (blocks, block_ticks) = (usize::from(self.config.window_blocks), self.config.block_ticks as f32);
+        let mut sums = Indices::NOT_KEPT;
+        S::begin(&mut sums);
+        let (mut valid, mut end_ticks) = (0u32, 0.0);
+        let mut older = self.ring.len().saturating_sub(blocks);
+        let (first, second) = self.ring.as_slices();
+        for part in [first, second] {
+            for block in part {
+                if older > 0 {
+                    older -= 1;
+                    continue;
+                }
+                end_ticks += block_ticks;
+                if S::is_valid(block) {
+                    S::fold(&mut sums, block, end_ticks);
+                    valid += 1;
+                }
             }
-            offset_ticks += self.config.block_ticks as f32;
         }
         if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
-            return None;
+            return false;
         }
         let by = Scale {
             tick_s: self.config.sample_time_s,
             y_unit: self.config.y_unit,
             u_unit: self.config.u_unit,
-            per_tick: 1.0 / (valid as f32 * self.config.block_ticks as f32),
+            per_tick: 1.0 / (valid as f32 * block_ticks),
             fill: blocks as f32 / valid as f32,
         };
-        S::scale(&mut total, &by);
-        Some(total)
+        S::scale(&mut sums, &by);
+        *total = sums;
+        true
     }
 
     fn owner(&self) -> Owner {
@@ -270,15 +362,13 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     pub fn save(&self, into: &mut [u8]) -> Result<usize, StateError> {
         Writer::envelope(into, self.owner(), |to| {
             to.u16(self.ring.len() as u16);
-            to.u64(self.valid_blocks);
-            to.u32(self.tick_in_block);
-            to.u32(self.valid_in_block);
+            to.u16(self.ticks_left);
+            to.u16(self.passed);
             to.u16(self.blocks_to_hop);
+            to.u8(u8::from(self.checks.has(Checks::FIRST)));
             to.u32(self.blank_ticks);
-            to.u8(u8::from(self.before.is_some()));
-            let (r, y) = self.before.unwrap_or((N::ZERO, N::ZERO));
-            to.u32(r.to_word());
-            to.u32(y.to_word());
+            to.u32(self.r_before.to_word());
+            to.u32(S::y_before(&self.y_before).to_word());
             self.excluded.as_array().into_iter().for_each(|n| to.u16(n));
             to.u32(self.hop);
             S::write(&self.open, to);
@@ -297,7 +387,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// the monitor is then unchanged.
     pub fn restore(&mut self, from: &[u8]) -> Result<(), StateError> {
         let mut payload = Reader::open(from, self.owner())?;
-        let mut restored = Self::new(self.config).map_err(|_| StateError::OtherConfig)?;
+        let mut restored = Self::start(self.config);
         restored.read(&mut payload).ok_or(StateError::Impossible)?;
         if !payload.is_empty() {
             return Err(StateError::Impossible);
@@ -308,14 +398,15 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     fn read(&mut self, from: &mut Reader<'_>) -> Option<()> {
         let blocks = usize::from(from.u16()?);
-        self.valid_blocks = from.u64()?;
-        self.tick_in_block = from.u32()?;
-        self.valid_in_block = from.u32()?;
+        self.ticks_left = from.u16()?;
+        self.passed = from.u16()?;
         self.blocks_to_hop = from.u16()?;
+        if from.u8()? == 0 {
+            self.checks.0 &= !Checks::FIRST;
+        }
         self.blank_ticks = from.u32()?;
-        let known = from.u8()? == 1;
         let before = (N::from_word(from.u32()?), N::from_word(from.u32()?));
-        self.before = known.then_some(before);
+        self.remember(before.0, before.1);
         let mut counts = [0u16; 6];
         for count in &mut counts {
             *count = from.u16()?;
@@ -331,22 +422,12 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             channel.course = Course::read(from)?;
         }
         let sane = blocks <= B
-            && self.tick_in_block < self.config.block_ticks
-            && self.valid_in_block <= self.tick_in_block
+            && self.ticks_left > 0
+            && u32::from(self.ticks_left) + u32::from(self.passed) <= self.config.block_ticks
             && (1..=self.config.hop_blocks).contains(&self.blocks_to_hop)
             && before.0.admissible()
             && before.1.admissible();
         sane.then_some(())
-    }
-}
-
-/// Apart and cold: the tick path only asks whether, not why.
-#[cold]
-fn refusal<N: Number>(r: N, y: N, u: N) -> Exclusion {
-    if r.non_finite() || y.non_finite() || u.non_finite() {
-        Exclusion::NonFinite
-    } else {
-        Exclusion::OutOfRange
     }
 }
 
@@ -370,32 +451,16 @@ fn unjudged(kind: ChannelKind) -> ChannelReport {
 }
 
 impl ChannelState {
-    fn judge<N: Number, const C: usize>(
-        &mut self,
-        config: &Config<N, C>,
-        channel: &Channel,
-        indices: Option<&Indices>,
-    ) -> ChannelReport {
-        let mut out = unjudged(channel.kind);
-        out.verdict = self.course.verdict();
-        if let Some(indices) = indices {
-            (out.x, out.value) = channel.kind.coordinates(indices);
-            if channel.baseline.learned() {
-                self.judge_residual(config, channel, &mut out);
-            }
-        }
-        out.detectors = self.detectors;
-        out.side = self.course.side();
-        out.fault_curve = self.course.drifted().map(|fit| FaultCurve::of(fit, &channel.baseline));
-        out
+    fn start(channel: &Channel) -> Self {
+        Self { detectors: channel.detectors.start(), course: Course::HEALTHY }
     }
 
-    fn judge_residual<N: Number, const C: usize>(
-        &mut self,
-        config: &Config<N, C>,
-        channel: &Channel,
-        out: &mut ChannelReport,
-    ) {
+    /// Feeds the window's residual to the detectors and the course.
+    fn judge(&mut self, decision: &Decision, channel: &Channel, indices: &Indices, out: &mut ChannelReport) {
+        (out.x, out.value) = channel.kind.coordinates(indices);
+        if !channel.baseline.learned() {
+            return;
+        }
         let residual = channel.baseline.residual(out.x, out.value);
         let z = channel.baseline.standardise(out.x, residual);
         // A unit that makes an index overflow must not poison the detectors.
@@ -406,7 +471,15 @@ impl ChannelState {
         out.z = z;
         out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
         out.alarms = channel.detectors.update(&mut self.detectors, z);
-        out.verdict = self.course.update(&config.decision, z, out.alarms.side(), out.x, out.value);
+        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
+    }
+
+    /// How the channel stands after it.
+    fn describe(&self, channel: &Channel, out: &mut ChannelReport) {
+        out.detectors = self.detectors;
+        out.side = self.course.side();
+        out.fault_curve =
+            self.course.drifted().map(|(line, windows)| FaultCurve::of(line, windows, &channel.baseline));
     }
 }
 

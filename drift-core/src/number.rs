@@ -19,8 +19,16 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     /// Marks the number's type in saved state.
     const TAG: u8;
 
+    /// A sum that no block can have: marks a block that does not count.
+    const NO_SUM: Self::Sum;
+
     /// Finite and within [`Number::LIMIT`].
     fn admissible(self) -> bool;
+    /// True only if all three are admissible; may be false for admissible ones close to the limit. The tick path
+    /// asks this first.
+    fn surely_admissible(r: Self, y: Self, u: Self) -> bool;
+    /// Whether the sum is [`Number::NO_SUM`].
+    fn is_no_sum(sum: Self::Sum) -> bool;
     /// NaN or infinite; never for counts.
     fn non_finite(self) -> bool;
     /// `self - other`; exact for admissible counts.
@@ -33,10 +41,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn add(self, sum: &mut Self::Sum);
     /// `sum += self^2`.
     fn add_square(self, sum: &mut Self::Sum);
-    /// `sum += weight*self`.
-    fn add_weighted(self, weight: u32, sum: &mut Self::Sum);
-    /// `sum += weight*self^2`.
-    fn add_weighted_square(self, weight: u32, sum: &mut Self::Sum);
+    /// `sum += term`.
+    fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
     /// `sum*whole/part`: what the sum would be, had all of a block's ticks been valid.
     fn extrapolate(sum: Self::Sum, part: u32, whole: u32) -> Self::Sum;
     /// The sum as `f32`, to be scaled at the hop.
@@ -59,18 +65,37 @@ mod sealed {
     impl Sealed for i32 {}
 }
 
+/// A core without floating-point registers: comparisons of bits are cheaper there.
+const SOFT_FLOAT: bool = cfg!(any(all(target_arch = "arm", target_abi = "eabi"), target_arch = "riscv32"));
+
 impl Number for f32 {
     type Sum = f32;
     const NOTHING: f32 = 0.0;
     const ZERO: f32 = 0.0;
     const LIMIT: f32 = 1e13;
-    const MAX_BLOCK_TICKS_WEIGHTED: u32 = 1 << 16;
+    const MAX_BLOCK_TICKS_WEIGHTED: u32 = u16::MAX as u32;
     const TAG: u8 = 1;
+    const NO_SUM: f32 = f32::NAN;
 
     #[inline(always)]
     fn admissible(self) -> bool {
         // One comparison refuses NaN, infinities and what would overflow.
         self.abs() <= Self::LIMIT
+    }
+    #[inline(always)]
+    fn surely_admissible(r: f32, y: f32, u: f32) -> bool {
+        if SOFT_FLOAT {
+            // Magnitudes order as their bits do: no float routine is called.
+            let limit = Self::LIMIT.to_bits();
+            r.abs().to_bits() <= limit && y.abs().to_bits() <= limit && u.abs().to_bits() <= limit
+        } else {
+            // One comparison for all three; a NaN in any of them fails it.
+            r.abs() + y.abs() + u.abs() <= Self::LIMIT
+        }
+    }
+    #[inline(always)]
+    fn is_no_sum(sum: f32) -> bool {
+        sum.is_nan()
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -103,12 +128,8 @@ impl Number for f32 {
         *sum += self * self;
     }
     #[inline(always)]
-    fn add_weighted(self, weight: u32, sum: &mut f32) {
-        *sum += weight as f32 * self;
-    }
-    #[inline(always)]
-    fn add_weighted_square(self, weight: u32, sum: &mut f32) {
-        *sum += weight as f32 * (self * self);
+    fn add_sum(sum: &mut f32, term: f32) {
+        *sum += term;
     }
     #[inline]
     fn extrapolate(sum: f32, part: u32, whole: u32) -> f32 {
@@ -140,15 +161,24 @@ impl Number for i32 {
     type Sum = i64;
     const NOTHING: i64 = 0;
     const ZERO: i32 = 0;
-    // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j < 2048 stays below 2^63.
+    // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j = 1 to 2047 stays below 2^63.
     const LIMIT: i32 = (1 << 20) - 1;
-    const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2048;
+    const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2047;
     const TAG: u8 = 2;
+    const NO_SUM: i64 = i64::MIN;
 
     #[inline(always)]
     fn admissible(self) -> bool {
         // One unsigned comparison; i32::MIN wraps to a large number and is refused as well.
         self.wrapping_add(Self::LIMIT) as u32 <= 2 * Self::LIMIT as u32
+    }
+    #[inline(always)]
+    fn surely_admissible(r: i32, y: i32, u: i32) -> bool {
+        r.admissible() && y.admissible() && u.admissible()
+    }
+    #[inline(always)]
+    fn is_no_sum(sum: i64) -> bool {
+        sum == Self::NO_SUM
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -175,12 +205,8 @@ impl Number for i32 {
         *sum = sum.wrapping_add(i64::from(self) * i64::from(self));
     }
     #[inline(always)]
-    fn add_weighted(self, weight: u32, sum: &mut i64) {
-        *sum = sum.wrapping_add(i64::from(self) * i64::from(weight));
-    }
-    #[inline(always)]
-    fn add_weighted_square(self, weight: u32, sum: &mut i64) {
-        *sum = sum.wrapping_add((i64::from(self) * i64::from(self)).wrapping_mul(i64::from(weight)));
+    fn add_sum(sum: &mut i64, term: i64) {
+        *sum = sum.wrapping_add(term);
     }
     fn extrapolate(sum: i64, part: u32, whole: u32) -> i64 {
         let (part, whole) = (i64::from(part.max(1)), i64::from(whole));
@@ -235,13 +261,14 @@ mod tests {
 
     #[test]
     fn the_largest_count_block_does_not_overflow() {
-        let mut sum = 0i64;
+        let (mut sum, mut sum_of_sums) = (0i64, 0i64);
         let e = 2 * <i32 as Number>::LIMIT;
-        for j in 0..<i32 as Number>::MAX_BLOCK_TICKS_WEIGHTED {
-            e.add_weighted_square(j, &mut sum);
+        for _ in 0..<i32 as Number>::MAX_BLOCK_TICKS_WEIGHTED {
+            e.add_square(&mut sum);
+            <i32 as Number>::add_sum(&mut sum_of_sums, sum);
         }
-        let exact: i128 = (0..2048i128).map(|j| j * i128::from(e) * i128::from(e)).sum();
-        assert_eq!(i128::from(sum), exact);
+        let exact: i128 = (1..2048i128).map(|j| j * i128::from(e) * i128::from(e)).sum();
+        assert_eq!(i128::from(sum_of_sums), exact);
     }
 
     #[test]

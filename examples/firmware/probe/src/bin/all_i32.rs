@@ -10,8 +10,8 @@ use scenario::{AllI32, ALL_I32};
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]
 fn tick(monitor: &mut AllI32<'_>, r: i32, y: i32, u: i32) {
-    if let Some(report) = monitor.tick(r, y, u) {
-        hand_over(&report);
+    if let Some(report) = &monitor.tick(r, y, u) {
+        hand_over(report);
     }
 }
 

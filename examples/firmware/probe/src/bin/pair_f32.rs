@@ -10,8 +10,8 @@ use scenario::{PairF32, PAIR_F32};
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]
 fn tick(monitor: &mut PairF32<'_>, r: f32, y: f32, u: f32) {
-    if let Some(report) = monitor.tick(r, y, u) {
-        hand_over(&report);
+    if let Some(report) = &monitor.tick(r, y, u) {
+        hand_over(report);
     }
 }
 

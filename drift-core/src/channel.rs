@@ -1,7 +1,7 @@
 //! Residual channels: each compares one index with what the healthy loop shows at the same operating point
 //! (equations 5 to 7), with its own baseline and detectors.
 
-use crate::detector::{Alarms, DetectorStates, Detectors};
+use crate::detector::{Alarms, CusumState, DetectorStates, Detectors, SprtState};
 use crate::index::{Index, Indices};
 use crate::line_fit::Line;
 use crate::math;
@@ -114,10 +114,6 @@ impl Baseline {
         residual / (self.sigma * math::sqrt(inflation))
     }
 
-    pub(crate) fn learned(&self) -> bool {
-        self.sigma > 0.0
-    }
-
     pub(crate) fn valid(&self) -> bool {
         self.words().iter().all(|w| w.is_finite())
             && self.sigma >= 0.0
@@ -212,6 +208,23 @@ impl FaultCurve {
         };
         Self { b0, b1, shift, windows, moved }
     }
+}
+
+impl ChannelReport {
+    /// Nothing judged.
+    pub(crate) const NONE: Self = Self {
+        kind: ChannelKind::Effort,
+        x: f32::NAN,
+        value: f32::NAN,
+        residual: f32::NAN,
+        z: f32::NAN,
+        extrapolated: false,
+        detectors: DetectorStates { cusum: CusumState::ZERO, sprt: SprtState::ZERO },
+        alarms: Alarms::NONE,
+        verdict: crate::course::Verdict::Healthy,
+        side: None,
+        fault_curve: None,
+    };
 }
 
 /// One channel at one decision.

@@ -94,7 +94,8 @@ impl Course {
         since: Line::EMPTY,
     };
 
-    /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates.
+    /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates. `Some` when
+    /// a course ends at it.
     pub(crate) fn update(
         &mut self,
         decision: &Decision,
@@ -102,9 +103,9 @@ impl Course {
         alarm: Option<Side>,
         x: f32,
         value: f32,
-    ) -> Verdict {
+    ) -> Option<Verdict> {
         if self.phase == Phase::Healthy {
-            let Some(side) = alarm else { return Verdict::Healthy };
+            let side = alarm?;
             *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
         }
         if self.hops < u16::MAX {
@@ -115,12 +116,12 @@ impl Course {
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;
             *self = Self::HEALTHY;
-            return if was_drift { Verdict::Recovered } else { Verdict::Disturbance };
+            return Some(if was_drift { Verdict::Recovered } else { Verdict::Disturbance });
         }
         if self.hops >= decision.confirm_hops && self.evidence >= decision.log_odds {
             self.phase = Phase::Drift;
         }
-        self.verdict()
+        None
     }
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
@@ -203,22 +204,22 @@ mod tests {
     #[test]
     fn a_large_disturbance_is_forgotten_once_gone() {
         let mut course = run([50.0; 15].into_iter());
-        assert_eq!(course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0), Verdict::Disturbance);
+        assert_eq!(course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0), Some(Verdict::Disturbance));
     }
 
     #[test]
     fn a_false_alarm_ends_as_a_disturbance() {
         let mut course = run([3.2].into_iter());
         let ended = (0..20).map(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
-        assert!(ended.into_iter().any(|v| v == Verdict::Disturbance));
+        assert!(ended.into_iter().any(|v| v == Some(Verdict::Disturbance)));
     }
 
     #[test]
     fn a_repaired_drift_is_said() {
         let mut course = run([6.0; 40].into_iter());
         assert_eq!(course.verdict(), Verdict::Drift);
-        let verdicts: [Verdict; 3] =
+        let verdicts: [Option<Verdict>; 3] =
             core::array::from_fn(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
-        assert!(verdicts.contains(&Verdict::Recovered), "{verdicts:?}");
+        assert!(verdicts.contains(&Some(Verdict::Recovered)), "{verdicts:?}");
     }
 }

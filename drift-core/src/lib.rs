@@ -57,6 +57,7 @@ mod math;
 mod monitor;
 mod number;
 mod report;
+mod ring;
 mod sample;
 mod store;
 

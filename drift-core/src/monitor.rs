@@ -4,16 +4,15 @@
 //! is added up anew. Nothing is ever subtracted, so nothing accumulates: after 1e8 ticks the indices are as exact
 //! as after the first window.
 
-use heapless::HistoryBuf;
-
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Blanking, Config, ConfigError};
 use crate::course::{Course, Decision, Verdict};
-use crate::detector::{Alarms, DetectorStates};
+use crate::detector::DetectorStates;
 use crate::index::Indices;
 use crate::index_set::{Full, IndexSet, Pair, Scale, Step};
 use crate::number::Number;
 use crate::report::{Location, Report, WindowStatus};
+use crate::ring::Ring;
 use crate::sample::{Excluded, Exclusion, Input};
 use crate::store::{CHECKSUM_BYTES, HEADER_BYTES, Owner, Reader, StateError, Writer};
 
@@ -44,7 +43,7 @@ pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize
     excluded: Excluded,
     hop: u32,
     channels: [ChannelState; C],
-    ring: HistoryBuf<S::Block, B>,
+    ring: Ring<S::Block, B>,
 }
 
 /// Bits, zero on most ticks of a loop without limits and blanking: one comparison on the tick path.
@@ -103,7 +102,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             excluded: Excluded::NONE,
             hop: 0,
             channels: config.channels.each_ref().map(ChannelState::start),
-            ring: HistoryBuf::new(),
+            ring: Ring::new(),
         }
     }
 
@@ -176,7 +175,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
-        self.ring = HistoryBuf::new();
+        self.ring = Ring::new();
         self.start_block();
         self.blocks_to_hop = self.config.hop_blocks;
         self.checks.0 |= Checks::FIRST;
@@ -254,7 +253,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         if self.passed > 0 {
             self.make_up();
         }
-        self.ring.write(self.open);
+        self.ring.write(self.open, self.config.window_blocks);
         self.start_block();
         self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
         if self.blocks_to_hop > 0 {
@@ -281,28 +280,24 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     #[inline(always)]
     fn decide(&mut self) -> Report<C> {
+        let mut indices = Indices::NOT_KEPT;
+        let valid = self.window(&mut indices);
+        let (states, config) = (&mut self.channels, self.config);
         let mut report = Report {
             hop: self.hop,
-            status: WindowStatus::TooFewValid,
+            status: if valid { WindowStatus::Valid } else { WindowStatus::TooFewValid },
             verdict: Verdict::Healthy,
             location: Location::Nowhere,
-            indices: Indices::NOT_KEPT,
+            channels: core::array::from_fn(|i| match (states.get_mut(i), config.channels.get(i)) {
+                (Some(state), Some(channel)) => state.judge(&config.decision, channel, &indices, valid),
+                _ => ChannelReport::NONE,
+            }),
+            indices,
             excluded: self.excluded,
-            channels: self.config.channels.each_ref().map(|c| unjudged(c.kind)),
         };
-        if self.window(&mut report.indices) {
-            report.status = WindowStatus::Valid;
-        }
-        for ((state, channel), out) in
-            self.channels.iter_mut().zip(&self.config.channels).zip(&mut report.channels)
-        {
-            out.verdict = state.course.verdict();
-            if report.status == WindowStatus::Valid {
-                state.judge(&self.config.decision, channel, &report.indices, out);
-            }
-            state.describe(channel, out);
-            report.verdict = report.verdict.max(out.verdict);
-            report.location = report.location.with(out);
+        for channel in &report.channels {
+            report.verdict = report.verdict.max(channel.verdict);
+            report.location = report.location.with(channel);
         }
         self.hop = self.hop.wrapping_add(1);
         self.excluded = Excluded::NONE;
@@ -310,38 +305,30 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     }
 
     /// Adds the ring up; false, and nothing kept, with too few valid blocks.
+    #[inline(always)]
     fn window(&self, total: &mut Indices) -> bool {
-        let (blocks, block_ticks) = (usize::from(self.config.window_blocks), self.config.block_ticks as f32);
-        let mut sums = Indices::NOT_KEPT;
-        S::begin(&mut sums);
-        let (mut valid, mut end_ticks) = (0u32, 0.0);
-        let mut older = self.ring.len().saturating_sub(blocks);
-        let (first, second) = self.ring.as_slices();
-        for part in [first, second] {
-            for block in part {
-                if older > 0 {
-                    older -= 1;
-                    continue;
-                }
-                end_ticks += block_ticks;
-                if S::is_valid(block) {
-                    S::fold(&mut sums, block, end_ticks);
-                    valid += 1;
-                }
+        let (blocks, block_ticks) = (self.config.window_blocks as f32, self.config.block_ticks as f32);
+        let (mut valid, mut end_ticks) = (0.0, 0.0);
+        S::begin(total);
+        self.ring.for_each(|block| {
+            end_ticks += block_ticks;
+            if S::is_valid(block) {
+                S::fold(total, block, end_ticks);
+                valid += 1.0;
             }
-        }
-        if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
+        });
+        if valid == 0.0 || valid < self.config.min_valid * blocks {
+            *total = Indices::NOT_KEPT;
             return false;
         }
         let by = Scale {
             tick_s: self.config.sample_time_s,
             y_unit: self.config.y_unit,
             u_unit: self.config.u_unit,
-            per_tick: 1.0 / (valid as f32 * block_ticks),
-            fill: blocks as f32 / valid as f32,
+            per_tick: 1.0 / (valid * block_ticks),
+            fill: blocks / valid,
         };
-        S::scale(&mut sums, &by);
-        *total = sums;
+        S::scale(total, &by);
         true
     }
 
@@ -372,7 +359,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             self.excluded.as_array().into_iter().for_each(|n| to.u16(n));
             to.u32(self.hop);
             S::write(&self.open, to);
-            self.ring.oldest_ordered().for_each(|block| S::write(block, to));
+            self.ring.for_each(|block| S::write(block, to));
             for channel in &self.channels {
                 channel.detectors.write(to);
                 channel.course.write(to);
@@ -415,13 +402,13 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.hop = from.u32()?;
         self.open = S::read(from)?;
         for _ in 0..blocks {
-            self.ring.write(S::read(from)?);
+            self.ring.write(S::read(from)?, self.config.window_blocks);
         }
         for channel in &mut self.channels {
             channel.detectors = DetectorStates::read(from)?;
             channel.course = Course::read(from)?;
         }
-        let sane = blocks <= B
+        let sane = blocks <= usize::from(self.config.window_blocks)
             && self.ticks_left > 0
             && u32::from(self.ticks_left) + u32::from(self.passed) <= self.config.block_ticks
             && (1..=self.config.hop_blocks).contains(&self.blocks_to_hop)
@@ -431,55 +418,40 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     }
 }
 
-fn unjudged(kind: ChannelKind) -> ChannelReport {
-    ChannelReport {
-        kind,
-        x: f32::NAN,
-        value: f32::NAN,
-        residual: f32::NAN,
-        z: f32::NAN,
-        extrapolated: false,
-        detectors: DetectorStates {
-            cusum: crate::detector::CusumState::ZERO,
-            sprt: crate::detector::SprtState::ZERO,
-        },
-        alarms: Alarms::NONE,
-        verdict: Verdict::Healthy,
-        side: None,
-        fault_curve: None,
-    }
-}
-
 impl ChannelState {
     fn start(channel: &Channel) -> Self {
         Self { detectors: channel.detectors.start(), course: Course::HEALTHY }
     }
 
-    /// Feeds the window's residual to the detectors and the course.
-    fn judge(&mut self, decision: &Decision, channel: &Channel, indices: &Indices, out: &mut ChannelReport) {
-        (out.x, out.value) = channel.kind.coordinates(indices);
-        if !channel.baseline.learned() {
-            return;
+    /// Feeds a valid window's residual to the detectors and the course; how the channel stands after it.
+    #[inline(never)]
+    fn judge(
+        &mut self,
+        decision: &Decision,
+        channel: &Channel,
+        indices: &Indices,
+        valid: bool,
+    ) -> ChannelReport {
+        let baseline = &channel.baseline;
+        let mut out = ChannelReport { kind: channel.kind, ..ChannelReport::NONE };
+        let mut ended = None;
+        if valid {
+            (out.x, out.value) = channel.kind.coordinates(indices);
+            let residual = baseline.residual(out.x, out.value);
+            let z = baseline.standardise(out.x, residual);
+            // Not learnt yet, or a unit that makes an index overflow: neither must poison the detectors.
+            if z.is_finite() {
+                (out.residual, out.z) = (residual, z);
+                out.extrapolated = out.x < baseline.x_min || out.x > baseline.x_max;
+                out.alarms = channel.detectors.update(&mut self.detectors, z);
+                ended = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
+            }
         }
-        let residual = channel.baseline.residual(out.x, out.value);
-        let z = channel.baseline.standardise(out.x, residual);
-        // A unit that makes an index overflow must not poison the detectors.
-        if !z.is_finite() {
-            return;
-        }
-        out.residual = residual;
-        out.z = z;
-        out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
-        out.alarms = channel.detectors.update(&mut self.detectors, z);
-        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
-    }
-
-    /// How the channel stands after it.
-    fn describe(&self, channel: &Channel, out: &mut ChannelReport) {
         out.detectors = self.detectors;
+        out.verdict = ended.unwrap_or(self.course.verdict());
         out.side = self.course.side();
-        out.fault_curve =
-            self.course.drifted().map(|(line, windows)| FaultCurve::of(line, windows, &channel.baseline));
+        out.fault_curve = self.course.drifted().map(|(line, windows)| FaultCurve::of(line, windows, baseline));
+        out
     }
 }
 

@@ -66,7 +66,7 @@ mod sealed {
 }
 
 /// A core without floating-point registers: comparisons of bits are cheaper there.
-const SOFT_FLOAT: bool = cfg!(any(all(target_arch = "arm", target_abi = "eabi"), target_arch = "riscv32"));
+pub(crate) const SOFT_FLOAT: bool = cfg!(any(all(target_arch = "arm", target_abi = "eabi"), target_arch = "riscv32"));
 
 impl Number for f32 {
     type Sum = f32;

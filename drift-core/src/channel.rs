@@ -1,7 +1,7 @@
 //! Residual channels: each compares one index with what the healthy loop shows at the same operating point
 //! (equations 5 to 7), with its own baseline and detectors.
 
-use crate::detector::{Alarms, CusumState, DetectorStates, Detectors, SprtState};
+use crate::detector::{Alarms, CusumState, DetectorStates, Detectors, SprtState, all_finite};
 use crate::index::{Index, Indices};
 use crate::line_fit::Line;
 use crate::math;
@@ -114,8 +114,12 @@ impl Baseline {
         residual / (self.sigma * math::sqrt(inflation))
     }
 
+    pub(crate) fn learned(&self) -> bool {
+        self.sigma > 0.0
+    }
+
     pub(crate) fn valid(&self) -> bool {
-        self.words().iter().all(|w| w.is_finite())
+        all_finite(&self.words())
             && self.sigma >= 0.0
             && self.windows >= 0.0
             && self.x_ss >= 0.0

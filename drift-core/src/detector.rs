@@ -15,6 +15,12 @@ pub use sprt::{Sprt, SprtState};
 
 use crate::store::{Fingerprint, Reader, Writer};
 
+/// One copy for all the checks of a configuration.
+#[inline(never)]
+pub(crate) fn all_finite(words: &[f32]) -> bool {
+    words.iter().all(|w| w.is_finite())
+}
+
 /// To which side a residual moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

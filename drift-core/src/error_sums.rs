@@ -21,8 +21,14 @@ pub trait ErrorSums<N: Number>: Copy + core::fmt::Debug {
     fn pass(&mut self);
     /// As if all `whole` ticks had been valid, not `part`.
     fn extrapolate(&mut self, part: u32, whole: u32);
-    /// The block's share of the window's index, in raw units, for a block that ends before tick `end_ticks`.
-    fn in_window(&self, end_ticks: f32) -> f32;
+    /// The window's sum so far.
+    type Total: Copy + core::fmt::Debug;
+    /// No block yet.
+    const NO_BLOCK: Self::Total;
+    /// Adds a block that ends before the window's tick `end_ticks`.
+    fn fold(&self, total: &mut Self::Total, end_ticks: f32);
+    /// The window's index, raw units.
+    fn index(total: Self::Total) -> f32;
     /// Saves.
     fn write(&self, to: &mut Writer<'_>);
     /// Restores.
@@ -45,7 +51,7 @@ pub struct Weighted<N: Number> {
 
 impl<N: Number> ErrorSums<N> for Plain<N> {
     const EMPTY: Self = Self { sum: N::NOTHING };
-    const MAX_BLOCK_TICKS: u32 = u16::MAX as u32;
+    const MAX_BLOCK_TICKS: u32 = N::MAX_BLOCK_TICKS;
 
     #[inline(always)]
     fn add(&mut self, magnitude: N, squared: bool) {
@@ -59,8 +65,13 @@ impl<N: Number> ErrorSums<N> for Plain<N> {
     fn extrapolate(&mut self, part: u32, whole: u32) {
         self.sum = N::extrapolate(self.sum, part, whole);
     }
-    fn in_window(&self, _: f32) -> f32 {
-        N::sum_to_f32(self.sum)
+    type Total = N::Sum;
+    const NO_BLOCK: N::Sum = N::NOTHING;
+    fn fold(&self, total: &mut N::Sum, _: f32) {
+        N::add_sum(total, self.sum);
+    }
+    fn index(total: N::Sum) -> f32 {
+        N::sum_to_f32(total)
     }
     fn write(&self, to: &mut Writer<'_>) {
         to.u64(N::sum_to_word(self.sum));
@@ -73,7 +84,11 @@ impl<N: Number> ErrorSums<N> for Plain<N> {
 impl<N: Number> Weighted<N> {
     /// The unweighted sum.
     pub fn plain(&self) -> f32 {
-        self.plain.in_window(0.0)
+        N::sum_to_f32(self.plain.sum)
+    }
+    /// Adds another block's unweighted sum.
+    pub fn add_plain(&mut self, other: &Self) {
+        N::add_sum(&mut self.plain.sum, other.plain.sum);
     }
 }
 
@@ -93,8 +108,14 @@ impl<N: Number> ErrorSums<N> for Weighted<N> {
         self.plain.extrapolate(part, whole);
         self.running = N::extrapolate(self.running, part, whole);
     }
-    fn in_window(&self, end_ticks: f32) -> f32 {
-        end_ticks * self.plain() - N::sum_to_f32(self.running)
+    // Counts too: the product with the window's time would not fit 64 bits.
+    type Total = f32;
+    const NO_BLOCK: f32 = 0.0;
+    fn fold(&self, total: &mut f32, end_ticks: f32) {
+        *total += end_ticks * self.plain() - N::sum_to_f32(self.running);
+    }
+    fn index(total: f32) -> f32 {
+        total
     }
     fn write(&self, to: &mut Writer<'_>) {
         self.plain.write(to);

@@ -84,12 +84,14 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     fn is_valid(block: &Self::Block) -> bool;
     /// As if all `whole` ticks had been valid, not `part`.
     fn extrapolate(block: &mut Self::Block, part: u32, whole: u32);
-    /// Zero in the indices that are kept.
-    fn begin(total: &mut Indices);
+    /// The window's raw sums so far.
+    type Total;
+    /// No block yet.
+    const NO_BLOCK: Self::Total;
     /// Adds a block that ends before the window's tick `end_ticks`.
-    fn fold(total: &mut Indices, block: &Self::Block, end_ticks: f32);
-    /// Raw sums to units and seconds.
-    fn scale(total: &mut Indices, by: &Scale);
+    fn fold(total: &mut Self::Total, block: &Self::Block, end_ticks: f32);
+    /// Raw sums to units and seconds; what is not kept stays as it is.
+    fn scale(total: &Self::Total, by: &Scale, to: &mut Indices);
     /// Saves.
     fn write(block: &Self::Block, to: &mut Writer<'_>);
     /// Restores.
@@ -175,17 +177,16 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         block.energy = N::extrapolate(block.energy, part, whole);
         block.error.extrapolate(part, whole);
     }
-    fn begin(total: &mut Indices) {
-        total.e_u = 0.0;
-        *total.error_index_mut(J::INDEX) = 0.0;
+    type Total = (N::Sum, <J::Sums<N> as ErrorSums<N>>::Total);
+    const NO_BLOCK: Self::Total = (N::NOTHING, J::Sums::NO_BLOCK);
+    #[inline(always)]
+    fn fold(total: &mut Self::Total, block: &Self::Block, end_ticks: f32) {
+        N::add_sum(&mut total.0, block.energy);
+        block.error.fold(&mut total.1, end_ticks);
     }
-    fn fold(total: &mut Indices, block: &Self::Block, end_ticks: f32) {
-        total.e_u += N::sum_to_f32(block.energy);
-        *total.error_index_mut(J::INDEX) += block.error.in_window(end_ticks);
-    }
-    fn scale(total: &mut Indices, by: &Scale) {
-        total.e_u *= by.u_unit * by.u_unit * by.tick_s * by.fill;
-        *total.error_index_mut(J::INDEX) *= by.error(J::INDEX);
+    fn scale(total: &Self::Total, by: &Scale, to: &mut Indices) {
+        to.e_u = N::sum_to_f32(total.0) * (by.u_unit * by.u_unit * by.tick_s * by.fill);
+        *to.error_index_mut(J::INDEX) = J::Sums::<N>::index(total.1) * by.error(J::INDEX);
     }
     fn write(block: &Self::Block, to: &mut Writer<'_>) {
         to.u64(N::sum_to_word(block.energy));
@@ -214,6 +215,14 @@ pub struct FullBlock<N: Number> {
     travel: N::Sum,
     peak_u: N,
     peak_e: N,
+}
+
+/// A window's sums of [`Full`].
+#[derive(Debug, Clone, Copy)]
+pub struct FullTotal<N: Number> {
+    sums: FullBlock<N>,
+    itae: f32,
+    itse: f32,
 }
 
 /// y of the tick before.
@@ -304,53 +313,43 @@ impl<N: Number> IndexSet<N> for Full {
             *sum = N::extrapolate(*sum, part, whole);
         }
     }
-    fn begin(total: &mut Indices) {
-        *total = Indices {
-            e_u: 0.0,
-            iae: 0.0,
-            ise: 0.0,
-            itae: 0.0,
-            itse: 0.0,
-            mean_u: 0.0,
-            mean_y: 0.0,
-            mean_e: 0.0,
-            peak_u: 0.0,
-            peak_e: 0.0,
-            reference_activity: 0.0,
-            motion_effort: 0.0,
-            speed: 0.0,
-        };
+    type Total = FullTotal<N>;
+    const NO_BLOCK: FullTotal<N> = FullTotal { sums: Self::EMPTY, itae: 0.0, itse: 0.0 };
+    fn fold(total: &mut FullTotal<N>, block: &FullBlock<N>, end_ticks: f32) {
+        block.absolute.fold(&mut total.itae, end_ticks);
+        block.square.fold(&mut total.itse, end_ticks);
+        let sums = &mut total.sums;
+        sums.absolute.add_plain(&block.absolute);
+        sums.square.add_plain(&block.square);
+        N::add_sum(&mut sums.energy, block.energy);
+        N::add_sum(&mut sums.u, block.u);
+        N::add_sum(&mut sums.y, block.y);
+        N::add_sum(&mut sums.e, block.e);
+        N::add_sum(&mut sums.reference_step_square, block.reference_step_square);
+        N::add_sum(&mut sums.motion_effort, block.motion_effort);
+        N::add_sum(&mut sums.travel, block.travel);
+        sums.peak_u = larger(sums.peak_u, block.peak_u);
+        sums.peak_e = larger(sums.peak_e, block.peak_e);
     }
-    fn fold(total: &mut Indices, block: &FullBlock<N>, end_ticks: f32) {
-        total.e_u += N::sum_to_f32(block.energy);
-        total.iae += block.absolute.plain();
-        total.ise += block.square.plain();
-        total.itae += block.absolute.in_window(end_ticks);
-        total.itse += block.square.in_window(end_ticks);
-        total.mean_u += N::sum_to_f32(block.u);
-        total.mean_y += N::sum_to_f32(block.y);
-        total.mean_e += N::sum_to_f32(block.e);
-        total.reference_activity += N::sum_to_f32(block.reference_step_square);
-        total.motion_effort += N::sum_to_f32(block.motion_effort);
-        total.speed += N::sum_to_f32(block.travel);
-        total.peak_u = larger(total.peak_u, block.peak_u.to_f32());
-        total.peak_e = larger(total.peak_e, block.peak_e.to_f32());
-    }
-    fn scale(total: &mut Indices, by: &Scale) {
+    fn scale(total: &FullTotal<N>, by: &Scale, to: &mut Indices) {
+        let sums = &total.sums;
         let mean_u = by.u_unit * by.per_tick;
         let mean_y = by.y_unit * by.per_tick;
-        total.e_u *= by.u_unit * by.u_unit * by.tick_s * by.fill;
-        for index in [Index::Iae, Index::Ise, Index::Itae, Index::Itse] {
-            *total.error_index_mut(index) *= by.error(index);
-        }
-        total.mean_u *= mean_u;
-        total.mean_y *= mean_y;
-        total.mean_e *= mean_y;
-        total.peak_u *= by.u_unit;
-        total.peak_e *= by.y_unit;
-        total.reference_activity *= by.y_unit * by.y_unit * by.fill;
-        total.motion_effort *= mean_u;
-        total.speed *= mean_y / by.tick_s;
+        *to = Indices {
+            e_u: N::sum_to_f32(sums.energy) * (by.u_unit * by.u_unit * by.tick_s * by.fill),
+            iae: sums.absolute.plain() * by.error(Index::Iae),
+            ise: sums.square.plain() * by.error(Index::Ise),
+            itae: total.itae * by.error(Index::Itae),
+            itse: total.itse * by.error(Index::Itse),
+            mean_u: N::sum_to_f32(sums.u) * mean_u,
+            mean_y: N::sum_to_f32(sums.y) * mean_y,
+            mean_e: N::sum_to_f32(sums.e) * mean_y,
+            peak_u: sums.peak_u.to_f32() * by.u_unit,
+            peak_e: sums.peak_e.to_f32() * by.y_unit,
+            reference_activity: N::sum_to_f32(sums.reference_step_square) * (by.y_unit * by.y_unit * by.fill),
+            motion_effort: N::sum_to_f32(sums.motion_effort) * mean_u,
+            speed: N::sum_to_f32(sums.travel) * (mean_y / by.tick_s),
+        };
     }
     fn write(block: &FullBlock<N>, to: &mut Writer<'_>) {
         block.absolute.write(to);
@@ -389,6 +388,6 @@ impl<N: Number> IndexSet<N> for Full {
     }
 }
 
-fn larger(a: f32, b: f32) -> f32 {
+fn larger<N: PartialOrd>(a: N, b: N) -> N {
     if b > a { b } else { a }
 }

@@ -69,7 +69,7 @@ pub use detector::{Alarms, Cusum, CusumState, DetectorStates, Detectors, Shewhar
 pub use error_sums::{ErrorSums, Plain, Weighted};
 pub use index::{Index, Indices};
 pub use index_set::{
-    ErrorIndex, Full, FullBlock, Iae, IndexSet, Ise, Itae, Itse, Pair, PairBlock, Scale, Step, YBefore,
+    ErrorIndex, Full, FullBlock, FullTotal, Iae, IndexSet, Ise, Itae, Itse, Pair, PairBlock, Scale, Step, YBefore,
 };
 pub use line_fit::LineFit;
 pub use monitor::{FullMonitor, Monitor, PairMonitor};

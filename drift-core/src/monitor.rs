@@ -280,8 +280,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     #[inline(always)]
     fn decide(&mut self) -> Report<C> {
-        let mut indices = Indices::NOT_KEPT;
-        let valid = self.window(&mut indices);
+        let (indices, valid) = self.window();
         let (states, config) = (&mut self.channels, self.config);
         let mut report = Report {
             hop: self.hop,
@@ -306,30 +305,29 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// Adds the ring up; false, and nothing kept, with too few valid blocks.
     #[inline(always)]
-    fn window(&self, total: &mut Indices) -> bool {
+    fn window(&self) -> (Indices, bool) {
         let (blocks, block_ticks) = (self.config.window_blocks as f32, self.config.block_ticks as f32);
-        let (mut valid, mut end_ticks) = (0.0, 0.0);
-        S::begin(total);
+        let (mut total, mut valid, mut end_ticks) = (S::NO_BLOCK, 0.0, 0.0);
         self.ring.for_each(|block| {
             end_ticks += block_ticks;
             if S::is_valid(block) {
-                S::fold(total, block, end_ticks);
+                S::fold(&mut total, block, end_ticks);
                 valid += 1.0;
             }
         });
-        if valid == 0.0 || valid < self.config.min_valid * blocks {
-            *total = Indices::NOT_KEPT;
-            return false;
+        let mut indices = Indices::NOT_KEPT;
+        let enough = valid > 0.0 && valid >= self.config.min_valid * blocks;
+        if enough {
+            let by = Scale {
+                tick_s: self.config.sample_time_s,
+                y_unit: self.config.y_unit,
+                u_unit: self.config.u_unit,
+                per_tick: 1.0 / (valid * block_ticks),
+                fill: blocks / valid,
+            };
+            S::scale(&total, &by, &mut indices);
         }
-        let by = Scale {
-            tick_s: self.config.sample_time_s,
-            y_unit: self.config.y_unit,
-            u_unit: self.config.u_unit,
-            per_tick: 1.0 / (valid * block_ticks),
-            fill: blocks / valid,
-        };
-        S::scale(total, &by);
-        true
+        (indices, enough)
     }
 
     fn owner(&self) -> Owner {
@@ -440,7 +438,7 @@ impl ChannelState {
             let residual = baseline.residual(out.x, out.value);
             let z = baseline.standardise(out.x, residual);
             // Not learnt yet, or a unit that makes an index overflow: neither must poison the detectors.
-            if z.is_finite() {
+            if baseline.learned() && z.is_finite() {
                 (out.residual, out.z) = (residual, z);
                 out.extrapolated = out.x < baseline.x_min || out.x > baseline.x_max;
                 out.alarms = channel.detectors.update(&mut self.detectors, z);

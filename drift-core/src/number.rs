@@ -14,6 +14,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     /// Largest admissible magnitude of r, y and u: beyond it a window's sum could overflow.
     /// 1e13 for `f32`; 2^20 - 1 for counts.
     const LIMIT: Self;
+    /// Ticks that a block may hold when it sums e^2, so that 64 blocks can be added up.
+    const MAX_BLOCK_TICKS: u32;
     /// Ticks that a block may hold when it sums `t*e^2`, the index that grows fastest.
     const MAX_BLOCK_TICKS_WEIGHTED: u32;
     /// Marks the number's type in saved state.
@@ -73,6 +75,7 @@ impl Number for f32 {
     const NOTHING: f32 = 0.0;
     const ZERO: f32 = 0.0;
     const LIMIT: f32 = 1e13;
+    const MAX_BLOCK_TICKS: u32 = u16::MAX as u32;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = u16::MAX as u32;
     const TAG: u8 = 1;
     const NO_SUM: f32 = f32::NAN;
@@ -163,6 +166,8 @@ impl Number for i32 {
     const ZERO: i32 = 0;
     // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j = 1 to 2047 stays below 2^63.
     const LIMIT: i32 = (1 << 20) - 1;
+    // 64*16384*2^42 = 2^62.
+    const MAX_BLOCK_TICKS: u32 = 1 << 14;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2047;
     const TAG: u8 = 2;
     const NO_SUM: i64 = i64::MIN;

@@ -1,6 +1,6 @@
 //! Two-sided CUSUM (Page 1954) with optional head start (Lucas & Crosier 1982).
 
-use super::Side;
+use super::{Side, all_finite};
 
 /// `high = max(0, high + z - k)`, `low = max(0, low - z - k)`; alarm above `h`.
 ///
@@ -70,9 +70,8 @@ impl Cusum {
     }
 
     pub(crate) fn valid(&self) -> bool {
-        self.k.is_finite()
+        all_finite(&self.words())
             && self.k >= 0.0
-            && self.h.is_finite()
             && self.h > 0.0
             && (0.0..1.0).contains(&self.head_start)
     }

@@ -1,7 +1,7 @@
 //! Repeated sequential probability ratio test (Wald 1945) in both directions: restarts whenever it has accepted
 //! the healthy hypothesis.
 
-use super::Side;
+use super::{Side, all_finite};
 use crate::math;
 
 /// Log-likelihood increments `constant +- linear*z + quadratic*z^2`, one test each side; alarm at `upper`,
@@ -71,6 +71,8 @@ impl Sprt {
         }
     }
 
+    // Twice per decision: not worth its bytes twice.
+    #[inline(never)]
     fn advance(&self, ratio: &mut f32, increment: f32) -> bool {
         *ratio += increment;
         let alarm = *ratio >= self.upper;
@@ -81,7 +83,7 @@ impl Sprt {
     }
 
     pub(crate) fn valid(&self) -> bool {
-        self.words().iter().all(|x| x.is_finite()) && self.upper > 0.0 && self.lower < 0.0
+        all_finite(&self.words()) && self.upper > 0.0 && self.lower < 0.0
     }
 
     pub(crate) const fn words(&self) -> [f32; 5] {

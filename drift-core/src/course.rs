@@ -1,13 +1,17 @@
 //! Disturbance or drift (sections 3.1 and 3.2 of the paper): what comes back to the baseline was a disturbance,
 //! what stays is a drift.
 //!
-//! From an alarm on, every decision adds evidence that the residual stays (a sequential test between "at half its
-//! largest distance so far" and "back at zero"). Evidence is capped on both sides, so that a large disturbance is
-//! forgotten as fast as a small one once it is gone. A drift is confirmed when the evidence stands at its cap and
-//! `confirm_hops` decisions have passed; before that, nothing can be told from a disturbance of that length.
+//! From an alarm on, every decision adds evidence that the residual stays: a sequential test between "at half the
+//! mean distance of the windows that were away" and "back at zero". The mean, because the largest distance grows
+//! with the noise alone, and a shift of one sigma would soon be measured against 1.5; only of windows that were
+//! away, so that the end of a large disturbance is still seen as one. Evidence is capped on both sides, so that a
+//! large disturbance is forgotten as fast as a small one once it is gone, and no single window moves it by more
+//! than half of what a verdict needs, so that a tilted curve, whose residual goes up and down with x, is not taken
+//! for one that came back. A drift is confirmed when the evidence stands at its cap and `confirm_hops` decisions
+//! have passed; before that, nothing can be told from a disturbance of that length.
 
 use crate::detector::Side;
-use crate::line_fit::Line;
+use crate::line_fit::{FIT_BYTES, LineFit};
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -72,16 +76,19 @@ enum Phase {
     Drift,
 }
 
+/// Saved bytes of one course.
+pub(crate) const COURSE_BYTES: usize = 14 + FIT_BYTES;
+
 /// The course of one channel since its last alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Course {
     phase: Phase,
     side: Side,
-    /// Decisions since the alarm; stands still at 65535, and the curve with it.
     hops: u16,
-    farthest: f32,
+    hops_away: u16,
+    mean_away: f32,
     evidence: f32,
-    since: Line,
+    since: LineFit,
 }
 
 impl Course {
@@ -89,13 +96,13 @@ impl Course {
         phase: Phase::Healthy,
         side: Side::High,
         hops: 0,
-        farthest: 0.0,
+        hops_away: 0,
+        mean_away: 0.0,
         evidence: 0.0,
-        since: Line::EMPTY,
+        since: LineFit::EMPTY,
     };
 
-    /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates. `Some` when
-    /// a course ends at it.
+    /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates.
     pub(crate) fn update(
         &mut self,
         decision: &Decision,
@@ -103,37 +110,38 @@ impl Course {
         alarm: Option<Side>,
         x: f32,
         value: f32,
-    ) -> Option<Verdict> {
+    ) -> Verdict {
         if self.phase == Phase::Healthy {
-            let side = alarm?;
+            let Some(side) = alarm else { return Verdict::Healthy };
             *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
         }
-        if self.hops < u16::MAX {
-            self.hops += 1;
-            self.since.add(u32::from(self.hops), x, value);
-        }
+        self.since.add(x, value);
         self.weigh(decision, self.side.sign() * z);
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;
             *self = Self::HEALTHY;
-            return Some(if was_drift { Verdict::Recovered } else { Verdict::Disturbance });
+            return if was_drift { Verdict::Recovered } else { Verdict::Disturbance };
         }
         if self.hops >= decision.confirm_hops && self.evidence >= decision.log_odds {
             self.phase = Phase::Drift;
         }
-        None
+        self.verdict()
     }
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
-        if away > self.farthest {
-            self.farthest = away;
+        self.hops = self.hops.saturating_add(1);
+        let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
+        let most = 0.5 * decision.log_odds;
+        self.evidence = (self.evidence + step.clamp(-most, most)).min(decision.log_odds);
+        if step > 0.0 {
+            self.hops_away = self.hops_away.saturating_add(1);
+            self.mean_away += (away - self.mean_away) / f32::from(self.hops_away);
         }
-        let half = 0.5 * self.farthest;
-        let shift = if half > decision.smallest_shift { half } else { decision.smallest_shift };
-        self.evidence += shift * (away - 0.5 * shift);
-        if self.evidence > decision.log_odds {
-            self.evidence = decision.log_odds;
-        }
+    }
+
+    /// What the test takes "away" to be, sigmas.
+    fn shift(&self, decision: &Decision) -> f32 {
+        decision.smallest_shift.max(0.5 * self.mean_away)
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
@@ -149,15 +157,20 @@ impl Course {
     }
 
     /// The windows since the alarm, once the drift is confirmed.
-    pub(crate) fn drifted(&self) -> Option<(&Line, u32)> {
-        (self.phase == Phase::Drift).then_some((&self.since, u32::from(self.hops)))
+    pub(crate) fn drifted(&self) -> Option<&LineFit> {
+        (self.phase == Phase::Drift).then_some(&self.since)
+    }
+
+    pub(crate) fn possible(&self, decision: &Decision) -> bool {
+        self.evidence.abs() <= decision.log_odds && self.since.possible()
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.u8(self.phase as u8);
         to.u8(self.side as u8);
         to.u16(self.hops);
-        to.f32(self.farthest);
+        to.u16(self.hops_away);
+        to.f32(self.mean_away);
         to.f32(self.evidence);
         self.since.write(to);
     }
@@ -176,9 +189,10 @@ impl Course {
                 _ => return None,
             },
             hops: from.u16()?,
-            farthest: from.f32()?,
+            hops_away: from.u16()?,
+            mean_away: from.f32()?,
             evidence: from.f32()?,
-            since: Line::read(from)?,
+            since: LineFit::read(from)?,
         })
     }
 }
@@ -204,22 +218,24 @@ mod tests {
     #[test]
     fn a_large_disturbance_is_forgotten_once_gone() {
         let mut course = run([50.0; 15].into_iter());
-        assert_eq!(course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0), Some(Verdict::Disturbance));
+        let verdicts: [Verdict; 4] =
+            core::array::from_fn(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
+        assert_eq!(verdicts[3], Verdict::Disturbance, "{verdicts:?}");
     }
 
     #[test]
     fn a_false_alarm_ends_as_a_disturbance() {
         let mut course = run([3.2].into_iter());
         let ended = (0..20).map(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
-        assert!(ended.into_iter().any(|v| v == Some(Verdict::Disturbance)));
+        assert!(ended.into_iter().any(|v| v == Verdict::Disturbance));
     }
 
     #[test]
     fn a_repaired_drift_is_said() {
         let mut course = run([6.0; 40].into_iter());
         assert_eq!(course.verdict(), Verdict::Drift);
-        let verdicts: [Option<Verdict>; 3] =
+        let verdicts: [Verdict; 4] =
             core::array::from_fn(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
-        assert!(verdicts.contains(&Some(Verdict::Recovered)), "{verdicts:?}");
+        assert!(verdicts.contains(&Verdict::Recovered), "{verdicts:?}");
     }
 }

@@ -10,6 +10,7 @@ use crate::store::{Reader, Writer};
 
 /// One valid tick and the readings before it.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Step<N> {
     /// Reference.
     pub r: N,
@@ -17,14 +18,29 @@ pub struct Step<N> {
     pub y: N,
     /// Controller output.
     pub u: N,
-    /// Reference one tick earlier.
+    /// Reference one tick earlier; the same as `r` where that is not known.
     pub r_before: N,
-    /// Measured output one tick earlier.
+    /// Measured output one tick earlier; the same as `y` where that is not known.
     pub y_before: N,
+}
+
+/// How much of a block was valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Coverage {
+    /// Ticks of the block.
+    pub whole: u32,
+    /// Valid ticks among them.
+    pub valid: u32,
+    /// Valid ticks whose predecessor is known: only they enter sums of differences.
+    pub paired: u32,
+    /// The sum of the positions in the block of the ticks left out.
+    pub time_left_out: u32,
 }
 
 /// How a window's raw sums become indices in units and seconds.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scale {
     /// Seconds per tick.
     pub tick_s: f32,
@@ -58,12 +74,6 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     type Block: Copy + core::fmt::Debug;
     /// No tick yet.
     const EMPTY: Self::Block;
-    /// Takes a block's place in the window that had too few valid ticks.
-    const INVALID: Self::Block;
-    /// The readings before are needed at every tick.
-    const USES_BEFORE: bool;
-    /// y of the tick before, where the set needs it.
-    type YBefore: Copy + core::fmt::Debug + Default;
     /// The longest block whose sums can't overflow, ticks.
     const MAX_BLOCK_TICKS: u32;
     /// Mean u and y, the reference's activity and the motion are kept: the effort and activity channels need them.
@@ -72,26 +82,20 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     const TAG: u8;
     /// Whether the error index is kept.
     fn keeps(index: Index) -> bool;
-    /// Stores y for the next tick.
-    fn remember_y(memory: &mut Self::YBefore, y: N);
-    /// The stored y; zero where the set needs none.
-    fn y_before(memory: &Self::YBefore) -> N;
     /// Adds one valid tick.
     fn add(block: &mut Self::Block, step: &Step<N>);
+    /// Adds the sums of a stretch of ticks that ends before tick `end` of the same block.
+    fn join(block: &mut Self::Block, stretch: &Self::Block, end: u32);
     /// A tick passes without a valid sample.
     fn pass(block: &mut Self::Block);
-    /// Not [`IndexSet::INVALID`].
-    fn is_valid(block: &Self::Block) -> bool;
-    /// As if all `whole` ticks had been valid, not `part`.
-    fn extrapolate(block: &mut Self::Block, part: u32, whole: u32);
-    /// The window's raw sums so far.
-    type Total;
-    /// No block yet.
-    const NO_BLOCK: Self::Total;
-    /// Adds a block that ends before the window's tick `end_ticks`.
-    fn fold(total: &mut Self::Total, block: &Self::Block, end_ticks: f32);
-    /// Raw sums to units and seconds; what is not kept stays as it is.
-    fn scale(total: &Self::Total, by: &Scale, to: &mut Indices);
+    /// As if the ticks left out had shown the mean of the valid ones.
+    fn extrapolate(block: &mut Self::Block, coverage: &Coverage);
+    /// Zero in the indices that are kept.
+    fn begin(total: &mut Indices);
+    /// Adds a block that begins `offset_ticks` into the window.
+    fn fold(total: &mut Indices, block: &Self::Block, offset_ticks: f32);
+    /// Raw sums to units and seconds.
+    fn scale(total: &mut Indices, by: &Scale);
     /// Saves.
     fn write(block: &Self::Block, to: &mut Writer<'_>);
     /// Restores.
@@ -116,6 +120,7 @@ macro_rules! error_index {
     ($name:ident, $sums:ident, $squared:literal) => {
         #[doc = concat!("[`Index::", stringify!($name), "`] as a type.")]
         #[derive(Debug, Clone, Copy)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub struct $name;
         impl sealed::Sealed for $name {}
         impl ErrorIndex for $name {
@@ -132,10 +137,12 @@ error_index!(Itse, Weighted, true);
 
 /// The paper's pair: E_u and one error index. Two sums per block, three for ITAE and ITSE.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pair<J>(PhantomData<J>);
 
 /// Sums of one block of a [`Pair`].
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PairBlock<S, E> {
     energy: S,
     error: E,
@@ -145,10 +152,7 @@ impl<J: ErrorIndex> sealed::Sealed for Pair<J> {}
 
 impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
     type Block = PairBlock<N::Sum, J::Sums<N>>;
-    type YBefore = ();
     const EMPTY: Self::Block = PairBlock { energy: N::NOTHING, error: J::Sums::EMPTY };
-    const INVALID: Self::Block = PairBlock { energy: N::NO_SUM, error: J::Sums::EMPTY };
-    const USES_BEFORE: bool = false;
     const MAX_BLOCK_TICKS: u32 = J::Sums::<N>::MAX_BLOCK_TICKS;
     const KEEPS_EFFORT: bool = false;
     const TAG: u8 = 1 + J::INDEX as u8;
@@ -157,52 +161,51 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         index == J::INDEX
     }
     #[inline(always)]
-    fn remember_y((): &mut (), _: N) {}
-    #[inline(always)]
-    fn y_before((): &()) -> N {
-        N::ZERO
-    }
-    #[inline(always)]
     fn add(block: &mut Self::Block, step: &Step<N>) {
         step.u.add_square(&mut block.energy);
         block.error.add(step.r.minus(step.y).magnitude(), J::SQUARED);
     }
+    #[inline]
     fn pass(block: &mut Self::Block) {
         block.error.pass();
     }
-    fn is_valid(block: &Self::Block) -> bool {
-        !N::is_no_sum(block.energy)
+    fn join(block: &mut Self::Block, other: &Self::Block, end: u32) {
+        block.energy = N::join(block.energy, other.energy);
+        block.error.join(&other.error, end);
     }
-    fn extrapolate(block: &mut Self::Block, part: u32, whole: u32) {
-        block.energy = N::extrapolate(block.energy, part, whole);
-        block.error.extrapolate(part, whole);
+    fn extrapolate(block: &mut Self::Block, coverage: &Coverage) {
+        block.energy = N::extrapolate(block.energy, coverage.valid, coverage.whole);
+        block.error.extrapolate(coverage);
     }
-    type Total = (N::Sum, <J::Sums<N> as ErrorSums<N>>::Total);
-    const NO_BLOCK: Self::Total = (N::NOTHING, J::Sums::NO_BLOCK);
-    #[inline(always)]
-    fn fold(total: &mut Self::Total, block: &Self::Block, end_ticks: f32) {
-        N::add_sum(&mut total.0, block.energy);
-        block.error.fold(&mut total.1, end_ticks);
+    fn begin(total: &mut Indices) {
+        total.e_u = 0.0;
+        *total.error_index_mut(J::INDEX) = 0.0;
     }
-    fn scale(total: &Self::Total, by: &Scale, to: &mut Indices) {
-        to.e_u = N::sum_to_f32(total.0) * (by.u_unit * by.u_unit * by.tick_s * by.fill);
-        *to.error_index_mut(J::INDEX) = J::Sums::<N>::index(total.1) * by.error(J::INDEX);
+    fn fold(total: &mut Indices, block: &Self::Block, offset_ticks: f32) {
+        total.e_u += N::sum_to_f32(block.energy);
+        *total.error_index_mut(J::INDEX) += block.error.in_window(offset_ticks);
+    }
+    fn scale(total: &mut Indices, by: &Scale) {
+        total.e_u *= by.u_unit * by.u_unit * by.tick_s * by.fill;
+        *total.error_index_mut(J::INDEX) *= by.error(J::INDEX);
     }
     fn write(block: &Self::Block, to: &mut Writer<'_>) {
-        to.u64(N::sum_to_word(block.energy));
+        N::write_sum(block.energy, to);
         block.error.write(to);
     }
     fn read(from: &mut Reader<'_>) -> Option<Self::Block> {
-        Some(PairBlock { energy: N::sum_from_word(from.u64()?), error: J::Sums::read(from)? })
+        Some(PairBlock { energy: N::read_sum(from)?, error: J::Sums::read(from)? })
     }
 }
 
 /// Every index: for all channels and for reports that show the whole window.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
 /// Sums of one block of [`Full`].
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FullBlock<N: Number> {
     energy: N::Sum,
     absolute: Weighted<N>,
@@ -217,31 +220,10 @@ pub struct FullBlock<N: Number> {
     peak_e: N,
 }
 
-/// A window's sums of [`Full`].
-#[derive(Debug, Clone, Copy)]
-pub struct FullTotal<N: Number> {
-    sums: FullBlock<N>,
-    itae: f32,
-    itse: f32,
-}
-
-/// y of the tick before.
-#[derive(Debug, Clone, Copy)]
-pub struct YBefore<N>(N);
-
-impl<N: Number> Default for YBefore<N> {
-    fn default() -> Self {
-        Self(N::ZERO)
-    }
-}
-
 impl sealed::Sealed for Full {}
 
 impl<N: Number> IndexSet<N> for Full {
     type Block = FullBlock<N>;
-    type YBefore = YBefore<N>;
-    const INVALID: FullBlock<N> = FullBlock { energy: N::NO_SUM, ..Self::EMPTY };
-    const USES_BEFORE: bool = true;
     const EMPTY: FullBlock<N> = FullBlock {
         energy: N::NOTHING,
         absolute: Weighted::EMPTY,
@@ -263,18 +245,9 @@ impl<N: Number> IndexSet<N> for Full {
         true
     }
     #[inline(always)]
-    fn remember_y(memory: &mut YBefore<N>, y: N) {
-        memory.0 = y;
-    }
-    #[inline(always)]
-    fn y_before(memory: &YBefore<N>) -> N {
-        memory.0
-    }
-    #[inline(always)]
     fn add(block: &mut FullBlock<N>, step: &Step<N>) {
         let e = step.r.minus(step.y);
         let (magnitude, u_magnitude) = (e.magnitude(), step.u.magnitude());
-        let dy = step.y.minus(step.y_before);
         step.u.add_square(&mut block.energy);
         block.absolute.add(magnitude, false);
         block.square.add(magnitude, true);
@@ -282,6 +255,7 @@ impl<N: Number> IndexSet<N> for Full {
         step.y.add(&mut block.y);
         e.add(&mut block.e);
         step.r.minus(step.r_before).add_square(&mut block.reference_step_square);
+        let dy = step.y.minus(step.y_before);
         step.u.along(dy).add(&mut block.motion_effort);
         dy.magnitude().add(&mut block.travel);
         if magnitude > block.peak_e {
@@ -291,65 +265,85 @@ impl<N: Number> IndexSet<N> for Full {
             block.peak_u = u_magnitude;
         }
     }
+    #[inline]
     fn pass(block: &mut FullBlock<N>) {
         ErrorSums::<N>::pass(&mut block.absolute);
         ErrorSums::<N>::pass(&mut block.square);
     }
-    fn is_valid(block: &FullBlock<N>) -> bool {
-        !N::is_no_sum(block.energy)
-    }
-    fn extrapolate(block: &mut FullBlock<N>, part: u32, whole: u32) {
-        block.absolute.extrapolate(part, whole);
-        block.square.extrapolate(part, whole);
-        for sum in [
-            &mut block.energy,
-            &mut block.u,
-            &mut block.y,
-            &mut block.e,
-            &mut block.reference_step_square,
-            &mut block.motion_effort,
-            &mut block.travel,
-        ] {
-            *sum = N::extrapolate(*sum, part, whole);
+    fn join(block: &mut FullBlock<N>, other: &FullBlock<N>, end: u32) {
+        block.absolute.join(&other.absolute, end);
+        block.square.join(&other.square, end);
+        block.energy = N::join(block.energy, other.energy);
+        block.u = N::join(block.u, other.u);
+        block.y = N::join(block.y, other.y);
+        block.e = N::join(block.e, other.e);
+        block.reference_step_square = N::join(block.reference_step_square, other.reference_step_square);
+        block.motion_effort = N::join(block.motion_effort, other.motion_effort);
+        block.travel = N::join(block.travel, other.travel);
+        if other.peak_e > block.peak_e {
+            block.peak_e = other.peak_e;
+        }
+        if other.peak_u > block.peak_u {
+            block.peak_u = other.peak_u;
         }
     }
-    type Total = FullTotal<N>;
-    const NO_BLOCK: FullTotal<N> = FullTotal { sums: Self::EMPTY, itae: 0.0, itse: 0.0 };
-    fn fold(total: &mut FullTotal<N>, block: &FullBlock<N>, end_ticks: f32) {
-        block.absolute.fold(&mut total.itae, end_ticks);
-        block.square.fold(&mut total.itse, end_ticks);
-        let sums = &mut total.sums;
-        sums.absolute.add_plain(&block.absolute);
-        sums.square.add_plain(&block.square);
-        N::add_sum(&mut sums.energy, block.energy);
-        N::add_sum(&mut sums.u, block.u);
-        N::add_sum(&mut sums.y, block.y);
-        N::add_sum(&mut sums.e, block.e);
-        N::add_sum(&mut sums.reference_step_square, block.reference_step_square);
-        N::add_sum(&mut sums.motion_effort, block.motion_effort);
-        N::add_sum(&mut sums.travel, block.travel);
-        sums.peak_u = larger(sums.peak_u, block.peak_u);
-        sums.peak_e = larger(sums.peak_e, block.peak_e);
+    fn extrapolate(block: &mut FullBlock<N>, coverage: &Coverage) {
+        block.absolute.extrapolate(coverage);
+        block.square.extrapolate(coverage);
+        for sum in [&mut block.energy, &mut block.u, &mut block.y, &mut block.e] {
+            *sum = N::extrapolate(*sum, coverage.valid, coverage.whole);
+        }
+        for sum in [&mut block.reference_step_square, &mut block.motion_effort, &mut block.travel] {
+            *sum = N::extrapolate(*sum, coverage.paired, coverage.whole);
+        }
     }
-    fn scale(total: &FullTotal<N>, by: &Scale, to: &mut Indices) {
-        let sums = &total.sums;
+    fn begin(total: &mut Indices) {
+        *total = Indices {
+            e_u: 0.0,
+            iae: 0.0,
+            ise: 0.0,
+            itae: 0.0,
+            itse: 0.0,
+            mean_u: 0.0,
+            mean_y: 0.0,
+            mean_e: 0.0,
+            peak_u: 0.0,
+            peak_e: 0.0,
+            reference_activity: 0.0,
+            motion_effort: 0.0,
+            speed: 0.0,
+        };
+    }
+    fn fold(total: &mut Indices, block: &FullBlock<N>, offset_ticks: f32) {
+        total.e_u += N::sum_to_f32(block.energy);
+        total.iae += block.absolute.plain();
+        total.ise += block.square.plain();
+        total.itae += block.absolute.in_window(offset_ticks);
+        total.itse += block.square.in_window(offset_ticks);
+        total.mean_u += N::sum_to_f32(block.u);
+        total.mean_y += N::sum_to_f32(block.y);
+        total.mean_e += N::sum_to_f32(block.e);
+        total.reference_activity += N::sum_to_f32(block.reference_step_square);
+        total.motion_effort += N::sum_to_f32(block.motion_effort);
+        total.speed += N::sum_to_f32(block.travel);
+        total.peak_u = larger(total.peak_u, block.peak_u.to_f32());
+        total.peak_e = larger(total.peak_e, block.peak_e.to_f32());
+    }
+    fn scale(total: &mut Indices, by: &Scale) {
         let mean_u = by.u_unit * by.per_tick;
         let mean_y = by.y_unit * by.per_tick;
-        *to = Indices {
-            e_u: N::sum_to_f32(sums.energy) * (by.u_unit * by.u_unit * by.tick_s * by.fill),
-            iae: sums.absolute.plain() * by.error(Index::Iae),
-            ise: sums.square.plain() * by.error(Index::Ise),
-            itae: total.itae * by.error(Index::Itae),
-            itse: total.itse * by.error(Index::Itse),
-            mean_u: N::sum_to_f32(sums.u) * mean_u,
-            mean_y: N::sum_to_f32(sums.y) * mean_y,
-            mean_e: N::sum_to_f32(sums.e) * mean_y,
-            peak_u: sums.peak_u.to_f32() * by.u_unit,
-            peak_e: sums.peak_e.to_f32() * by.y_unit,
-            reference_activity: N::sum_to_f32(sums.reference_step_square) * (by.y_unit * by.y_unit * by.fill),
-            motion_effort: N::sum_to_f32(sums.motion_effort) * mean_u,
-            speed: N::sum_to_f32(sums.travel) * (mean_y / by.tick_s),
-        };
+        total.e_u *= by.u_unit * by.u_unit * by.tick_s * by.fill;
+        for index in [Index::Iae, Index::Ise, Index::Itae, Index::Itse] {
+            *total.error_index_mut(index) *= by.error(index);
+        }
+        total.mean_u *= mean_u;
+        total.mean_y *= mean_y;
+        total.mean_e *= mean_y;
+        total.peak_u *= by.u_unit;
+        total.peak_e *= by.y_unit;
+        total.reference_activity *= by.y_unit * by.y_unit * by.fill;
+        total.motion_effort *= mean_u;
+        total.speed *= mean_y / by.tick_s;
     }
     fn write(block: &FullBlock<N>, to: &mut Writer<'_>) {
         block.absolute.write(to);
@@ -363,7 +357,7 @@ impl<N: Number> IndexSet<N> for Full {
             block.motion_effort,
             block.travel,
         ] {
-            to.u64(N::sum_to_word(sum));
+            N::write_sum(sum, to);
         }
         to.u32(block.peak_u.to_word());
         to.u32(block.peak_e.to_word());
@@ -380,14 +374,14 @@ impl<N: Number> IndexSet<N> for Full {
             &mut block.motion_effort,
             &mut block.travel,
         ] {
-            *sum = N::sum_from_word(from.u64()?);
+            *sum = N::read_sum(from)?;
         }
         block.peak_u = N::from_word(from.u32()?);
         block.peak_e = N::from_word(from.u32()?);
-        Some(block)
+        (block.peak_u.admissible() && !block.peak_e.non_finite()).then_some(block)
     }
 }
 
-fn larger<N: PartialOrd>(a: N, b: N) -> N {
+fn larger(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }

@@ -57,7 +57,6 @@ mod math;
 mod monitor;
 mod number;
 mod report;
-mod ring;
 mod sample;
 mod store;
 
@@ -69,7 +68,7 @@ pub use detector::{Alarms, Cusum, CusumState, DetectorStates, Detectors, Shewhar
 pub use error_sums::{ErrorSums, Plain, Weighted};
 pub use index::{Index, Indices};
 pub use index_set::{
-    ErrorIndex, Full, FullBlock, FullTotal, Iae, IndexSet, Ise, Itae, Itse, Pair, PairBlock, Scale, Step, YBefore,
+    ErrorIndex, Full, FullBlock, Iae, IndexSet, Ise, Itae, Itse, Pair, PairBlock, Scale, Step,
 };
 pub use line_fit::LineFit;
 pub use monitor::{FullMonitor, Monitor, PairMonitor};

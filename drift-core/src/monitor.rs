@@ -2,19 +2,24 @@
 //!
 //! Per tick a few sums grow; at the end of a block they enter a ring of closed blocks, and at a decision the ring
 //! is added up anew. Nothing is ever subtracted, so nothing accumulates: after 1e8 ticks the indices are as exact
-//! as after the first window.
+//! as after the first window. Within a block, strips of about the square root of its length are summed apart and
+//! then joined, so that a long block of small samples does not round more than a short one.
+
+use heapless::Vec;
 
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
-use crate::config::{Blanking, Config, ConfigError};
-use crate::course::{Course, Decision, Verdict};
-use crate::detector::DetectorStates;
+use crate::config::{Config, ConfigError};
+use crate::course::{COURSE_BYTES, Course, Verdict};
+use crate::detector::{Alarms, DETECTOR_BYTES, DetectorStates};
 use crate::index::Indices;
-use crate::index_set::{Full, IndexSet, Pair, Scale, Step};
+use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
 use crate::number::Number;
 use crate::report::{Location, Report, WindowStatus};
-use crate::ring::Ring;
 use crate::sample::{Excluded, Exclusion, Input};
 use crate::store::{CHECKSUM_BYTES, HEADER_BYTES, Owner, Reader, StateError, Writer};
+
+/// Saved numbers besides header, blocks and channels.
+const FIXED_BYTES: usize = 51;
 
 /// What one channel remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,47 +28,53 @@ struct ChannelState {
     course: Course,
 }
 
+/// What the last readings are to the next tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Link {
+    /// There are none: the start, or the loop was open.
+    None,
+    /// Ticks are missing in between: a step of the reference still shows, a speed does not.
+    Gap,
+    /// One tick earlier.
+    Tick,
+}
+
 /// Watches one loop. `N`: the samples' number; `S`: what is summed; `B`: most blocks per window (at most 64);
 /// `C`: channels. The configuration is borrowed and may lie in flash.
+///
+/// Rounding: within 1e-6 relative of a direct sum for `f32` blocks of up to some thousand ticks, however long it
+/// runs; sums of counts are exact.
 #[derive(Debug, Clone)]
 pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> {
-    // In the order in which the tick path meets them: short offsets are shorter instructions.
     config: &'c Config<N, C>,
+    /// The open block's last few ticks, not yet joined.
+    strip: S::Block,
+    tick_in_block: u16,
+    /// Ticks in the block at which the strip, or the block, ends.
+    strip_end: u16,
+    /// The next tick needs no closer look unless its sample is bad: the readings before are known, there are no
+    /// limits and no blanking.
+    usual: bool,
+    /// Closed blocks; once it is full, `oldest` is overwritten. (heapless' own history buffer indexes with a bounds
+    /// check, and with it a panic, that the compiler can't remove.)
+    ring: Vec<S::Block, B, u8>,
+    oldest: u8,
+    /// Bit i: the i-th newest block in the ring had enough valid ticks.
+    valid_blocks: u64,
     open: S::Block,
-    /// Ticks until the open block closes.
-    ticks_left: u16,
-    /// Of the open block's ticks, those without a valid sample.
-    passed: u16,
+    /// Ticks left out of the open block so far, and the sum of their positions in it.
+    left_out: u16,
+    time_left_out: u32,
+    /// Valid ticks of the open block whose predecessor is not known.
+    unpaired: u16,
     blocks_to_hop: u16,
-    /// What a tick must look at besides the limits of its number.
-    checks: Checks,
-    r_before: N,
-    y_before: S::YBefore,
+    link: Link,
     blank_ticks: u32,
+    r_before: N,
+    y_before: N,
     excluded: Excluded,
     hop: u32,
     channels: [ChannelState; C],
-    ring: Ring<S::Block, B>,
-}
-
-/// Bits, zero on most ticks of a loop without limits and blanking: one comparison on the tick path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Checks(u8);
-
-impl Checks {
-    /// No reading before this one: after a start, manual mode, a restarted window.
-    const FIRST: u8 = 1;
-    const SATURATION: u8 = 2;
-    const BLANKING: u8 = 4;
-
-    fn of<N, const C: usize>(config: &Config<N, C>) -> Self {
-        let saturation = if config.saturation.is_some() { Self::SATURATION } else { 0 };
-        let blanking = if config.blanking.is_some() { Self::BLANKING } else { 0 };
-        Self(Self::FIRST | saturation | blanking)
-    }
-    fn has(self, bit: u8) -> bool {
-        self.0 & bit != 0
-    }
 }
 
 /// The paper's pair in one channel.
@@ -74,8 +85,16 @@ pub type FullMonitor<'c, N, const B: usize> = Monitor<'c, N, Full, B, 3>;
 
 impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, N, S, B, C> {
     /// Bytes that [`Monitor::save`] needs at most.
-    pub const STATE_BYTES: usize =
-        HEADER_BYTES + CHECKSUM_BYTES + 64 + (B + 1) * 2 * size_of::<S::Block>() + C * 52;
+    pub const STATE_BYTES: usize = HEADER_BYTES
+        + FIXED_BYTES
+        + (B + 2) * size_of::<S::Block>()
+        + C * (DETECTOR_BYTES + COURSE_BYTES)
+        + CHECKSUM_BYTES;
+
+    /// Ticks per strip, less one: a power of two near the root of the block's length.
+    const fn strip_mask(block_ticks: u32) -> u32 {
+        if N::EXACT { u16::MAX as u32 } else { (1 << block_ticks.ilog2().div_ceil(2)) - 1 }
+    }
 
     /// A monitor that has seen nothing yet.
     ///
@@ -84,26 +103,31 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     pub fn new(config: &'c Config<N, C>) -> Result<Self, ConfigError> {
         const { assert!(B > 0 && B <= 64, "a monitor has 1 to 64 blocks") };
         config.validate::<S>(B)?;
-        Ok(Self::start(config))
-    }
-
-    /// For a valid configuration.
-    fn start(config: &'c Config<N, C>) -> Self {
-        Self {
+        Ok(Self {
             config,
+            ring: Vec::new(),
+            oldest: 0,
+            valid_blocks: 0,
             open: S::EMPTY,
-            ticks_left: config.block_ticks as u16,
-            passed: 0,
+            strip: S::EMPTY,
+            left_out: 0,
+            time_left_out: 0,
+            unpaired: 0,
+            tick_in_block: 0,
+            strip_end: Self::strip_end(config, 0),
+            usual: false,
             blocks_to_hop: config.hop_blocks,
-            checks: Checks::of(config),
-            r_before: N::ZERO,
-            y_before: S::YBefore::default(),
+            link: Link::None,
             blank_ticks: 0,
+            r_before: N::ZERO,
+            y_before: N::ZERO,
             excluded: Excluded::NONE,
             hop: 0,
-            channels: config.channels.each_ref().map(ChannelState::start),
-            ring: Ring::new(),
-        }
+            channels: config
+                .channels
+                .each_ref()
+                .map(|c| ChannelState { detectors: c.detectors.start(), course: Course::HEALTHY }),
+        })
     }
 
     /// The configuration.
@@ -117,46 +141,49 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     #[inline(always)]
     pub fn tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
         // Three comparisons on most ticks; whatever else they can lead to is one call apart.
-        let left = self.ticks_left.wrapping_sub(1);
-        if self.checks == Checks(0) && left != 0 && N::surely_admissible(r, y, u) {
-            self.ticks_left = left;
-            self.add(r, y, u);
+        let next = self.tick_in_block.wrapping_add(1);
+        if self.usual && next != self.strip_end && N::surely_admissible(r, y, u) {
+            self.tick_in_block = next;
+            let step = Step { r, y, u, r_before: self.r_before, y_before: self.y_before };
+            if S::KEEPS_EFFORT {
+                (self.r_before, self.y_before) = (r, y);
+            }
+            S::add(&mut self.strip, &step);
             return None;
         }
         self.rare_tick(r, y, u)
     }
 
-    /// A tick that closes its block, or has to be looked at more closely.
+    /// A tick that ends a strip, or has to be looked at more closely.
     #[inline(never)]
     fn rare_tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
-        match self.examine(r, y, u) {
-            None => self.add(r, y, u),
-            Some(why) => self.pass(why),
+        match self.admit(r, y, u) {
+            Ok(step) => S::add(&mut self.strip, &step),
+            Err(why) => self.leave_out(why),
         }
+        let guarded = self.config.saturation.is_some() || self.config.blanking.is_some();
+        self.usual = self.link == Link::Tick && !guarded;
         self.advance()
-    }
-
-    #[inline(always)]
-    fn add(&mut self, r: N, y: N, u: N) {
-        let step = Step { r, y, u, r_before: self.r_before, y_before: S::y_before(&self.y_before) };
-        if S::USES_BEFORE {
-            self.remember(r, y);
-        }
-        S::add(&mut self.open, &step);
     }
 
     /// One tick of any kind.
     pub fn tick_input(&mut self, input: Input<N>) -> Option<Report<C>> {
         match input {
-            Input::Sample { r, y, u } => return self.tick(r, y, u),
+            Input::Sample { r, y, u } => self.tick(r, y, u),
             Input::Manual => {
-                // The loop reopens anywhere: a step across the gap is none of its own.
-                self.checks.0 |= Checks::FIRST;
-                self.pass(Exclusion::Manual);
+                // The loop closes again anywhere: a step across the gap is none of its own.
+                self.link = Link::None;
+                self.usual = false;
+                self.blank_ticks = self.blank_ticks.saturating_sub(1);
+                self.leave_out(Exclusion::Manual);
+                self.advance()
             }
-            Input::Missing => self.pass(Exclusion::Missing),
+            Input::Missing => {
+                self.miss();
+                self.leave_out(Exclusion::Missing);
+                self.advance()
+            }
         }
-        self.advance()
     }
 
     /// Many ticks at once: the same, bit for bit, as one by one. Reads as many as the shortest slice has.
@@ -168,17 +195,21 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         }
     }
 
-    /// The most severe verdict of the last decision's courses.
+    /// The most severe of the channels' courses now: `Healthy`, `Suspect` or `Drift`. That a deviation ended
+    /// ([`Verdict::Disturbance`], [`Verdict::Recovered`]) is said once, in the report.
     pub fn verdict(&self) -> Verdict {
         self.channels.iter().map(|c| c.course.verdict()).max().unwrap_or(Verdict::Healthy)
     }
 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
-        self.ring = Ring::new();
+        self.ring.clear();
+        self.oldest = 0;
+        self.valid_blocks = 0;
         self.start_block();
         self.blocks_to_hop = self.config.hop_blocks;
-        self.checks.0 |= Checks::FIRST;
+        self.link = Link::None;
+        self.usual = false;
         self.blank_ticks = 0;
         self.excluded = Excluded::NONE;
     }
@@ -186,148 +217,186 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// Forgets alarms and courses, for a fault that was seen to; the window stays.
     pub fn acknowledge(&mut self) {
         for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
-            *state = ChannelState::start(channel);
+            *state = ChannelState { detectors: channel.detectors.start(), course: Course::HEALTHY };
         }
     }
 
-    /// Why a sample does not enter the sums, if so.
-    fn examine(&mut self, r: N, y: N, u: N) -> Option<Exclusion> {
+    fn admit(&mut self, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
         if !(r.admissible() && y.admissible() && u.admissible()) {
-            let non_finite = r.non_finite() || y.non_finite() || u.non_finite();
-            return Some(if non_finite { Exclusion::NonFinite } else { Exclusion::OutOfRange });
+            self.miss();
+            return Err(refusal(r, y, u));
         }
-        if self.checks.has(Checks::FIRST) {
-            self.checks.0 &= !Checks::FIRST;
-            self.remember(r, y);
+        let (link, mut r_before, mut y_before) = (self.link, self.r_before, self.y_before);
+        (self.link, self.r_before, self.y_before) = (Link::Tick, r, y);
+        if link == Link::None {
+            r_before = r;
         }
-        let why = match (&self.config.blanking, &self.config.saturation) {
-            (Some(blanking), _) if self.blanked(blanking, r) => Exclusion::Blanked,
-            (_, Some(limits)) if u >= limits.u_max || u <= limits.u_min => Exclusion::Saturated,
-            _ => {
-                // A set that uses the readings before still needs them for this tick.
-                if !S::USES_BEFORE {
-                    self.r_before = r;
-                }
-                return None;
+        if let Some(blanking) = &self.config.blanking {
+            if r.minus(r_before).magnitude() > blanking.reference_step {
+                self.blank_ticks = blanking.ticks;
             }
-        };
-        self.remember(r, y);
-        Some(why)
-    }
-
-    fn blanked(&mut self, blanking: &Blanking<N>, r: N) -> bool {
-        if r.minus(self.r_before).magnitude() > blanking.reference_step {
-            self.blank_ticks = blanking.ticks;
+            if self.blank_ticks > 0 {
+                self.blank_ticks -= 1;
+                return Err(Exclusion::Blanked);
+            }
         }
-        let blanked = self.blank_ticks > 0;
-        self.blank_ticks -= u32::from(blanked);
-        blanked
+        if self.config.saturation.as_ref().is_some_and(|s| u >= s.u_max || u <= s.u_min) {
+            return Err(Exclusion::Saturated);
+        }
+        if link != Link::Tick {
+            (r_before, y_before) = (r, y);
+            self.unpaired += 1;
+        }
+        Ok(Step { r, y, u, r_before, y_before })
     }
 
-    #[inline(always)]
-    fn remember(&mut self, r: N, y: N) {
-        self.r_before = r;
-        S::remember_y(&mut self.y_before, y);
+    /// A tick without a usable sample: time passes.
+    fn miss(&mut self) {
+        self.usual = false;
+        if self.link == Link::Tick {
+            self.link = Link::Gap;
+        }
+        self.blank_ticks = self.blank_ticks.saturating_sub(1);
     }
 
-    /// A tick without a valid sample.
-    fn pass(&mut self, why: Exclusion) {
+    fn leave_out(&mut self, why: Exclusion) {
         self.excluded.count(why);
-        self.passed = self.passed.saturating_add(1);
-        S::pass(&mut self.open);
+        self.left_out += 1;
+        self.time_left_out += u32::from(self.tick_in_block);
+        S::pass(&mut self.strip);
     }
 
     fn advance(&mut self) -> Option<Report<C>> {
-        self.ticks_left = self.ticks_left.wrapping_sub(1);
-        if self.ticks_left == 0 { self.close_block() } else { None }
+        self.tick_in_block += 1;
+        if self.tick_in_block != self.strip_end {
+            return None;
+        }
+        self.join_strip();
+        if u32::from(self.tick_in_block) >= self.config.block_ticks {
+            return self.close_block();
+        }
+        self.strip_end = Self::strip_end(self.config, self.tick_in_block);
+        None
+    }
+
+    /// Where a strip that begins at `tick` ends.
+    fn strip_end(config: &Config<N, C>, tick: u16) -> u16 {
+        let end = (u32::from(tick) | Self::strip_mask(config.block_ticks)) + 1;
+        end.min(config.block_ticks) as u16
+    }
+
+    fn join_strip(&mut self) {
+        S::join(&mut self.open, &self.strip, u32::from(self.tick_in_block));
+        self.strip = S::EMPTY;
     }
 
     fn start_block(&mut self) {
         self.open = S::EMPTY;
-        self.ticks_left = self.config.block_ticks as u16;
-        self.passed = 0;
+        self.strip = S::EMPTY;
+        self.left_out = 0;
+        self.time_left_out = 0;
+        self.unpaired = 0;
+        self.tick_in_block = 0;
+        self.strip_end = Self::strip_end(self.config, 0);
+    }
+
+    fn store(&mut self, block: S::Block) {
+        let Err(block) = self.ring.push(block) else { return };
+        if let Some(oldest) = self.ring.get_mut(usize::from(self.oldest)) {
+            *oldest = block;
+        }
+        let next = self.oldest.wrapping_add(1);
+        self.oldest = if usize::from(next) < B { next } else { 0 };
+    }
+
+    /// The stored blocks, oldest first.
+    fn stored(&self) -> impl Iterator<Item = &S::Block> {
+        let oldest = usize::from(self.oldest);
+        self.ring.iter().skip(oldest).chain(self.ring.iter().take(oldest))
     }
 
     #[inline(never)]
     fn close_block(&mut self) -> Option<Report<C>> {
-        if self.passed > 0 {
-            self.make_up();
+        let whole = self.config.block_ticks;
+        let valid = whole.saturating_sub(u32::from(self.left_out));
+        let paired = valid.saturating_sub(u32::from(self.unpaired));
+        let enough = valid == whole || valid as f32 >= self.config.min_valid * whole as f32;
+        if enough && paired < whole {
+            let coverage = Coverage { whole, valid, paired, time_left_out: self.time_left_out };
+            S::extrapolate(&mut self.open, &coverage);
         }
-        self.ring.write(self.open, self.config.window_blocks);
+        self.store(self.open);
+        self.valid_blocks = (self.valid_blocks << 1) | u64::from(enough);
         self.start_block();
         self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
         if self.blocks_to_hop > 0 {
             return None;
         }
         self.blocks_to_hop = self.config.hop_blocks;
-        if self.ring.len() < usize::from(self.config.window_blocks) {
-            return None;
-        }
-        Some(self.decide())
+        (self.ring.len() >= usize::from(self.config.window_blocks)).then(|| self.decide())
     }
 
-    /// What a block lacks is made up in proportion; a block that lacks too much does not count.
-    #[cold]
-    fn make_up(&mut self) {
-        let whole = self.config.block_ticks;
-        let valid = whole.saturating_sub(u32::from(self.passed));
-        if valid as f32 >= self.config.min_valid * whole as f32 {
-            S::extrapolate(&mut self.open, valid, whole);
-        } else {
-            self.open = S::INVALID;
-        }
-    }
-
-    #[inline(always)]
+    #[inline(never)]
     fn decide(&mut self) -> Report<C> {
-        let (indices, valid) = self.window();
-        let (states, config) = (&mut self.channels, self.config);
+        let indices = self.window();
         let mut report = Report {
             hop: self.hop,
-            status: if valid { WindowStatus::Valid } else { WindowStatus::TooFewValid },
+            status: if indices.is_some() { WindowStatus::Valid } else { WindowStatus::TooFewValid },
             verdict: Verdict::Healthy,
             location: Location::Nowhere,
-            channels: core::array::from_fn(|i| match (states.get_mut(i), config.channels.get(i)) {
-                (Some(state), Some(channel)) => state.judge(&config.decision, channel, &indices, valid),
-                _ => ChannelReport::NONE,
-            }),
-            indices,
+            indices: indices.unwrap_or(Indices::NOT_KEPT),
             excluded: self.excluded,
+            channels: self.config.channels.each_ref().map(|c| unjudged(c.kind)),
         };
-        for channel in &report.channels {
-            report.verdict = report.verdict.max(channel.verdict);
-            report.location = report.location.with(channel);
+        for ((state, channel), out) in
+            self.channels.iter_mut().zip(&self.config.channels).zip(&mut report.channels)
+        {
+            *out = state.judge(self.config, channel, indices.as_ref());
+            report.verdict = report.verdict.max(out.verdict);
+            report.location = report.location.with(out);
         }
         self.hop = self.hop.wrapping_add(1);
         self.excluded = Excluded::NONE;
         report
     }
 
-    /// Adds the ring up; false, and nothing kept, with too few valid blocks.
-    #[inline(always)]
-    fn window(&self) -> (Indices, bool) {
-        let (blocks, block_ticks) = (self.config.window_blocks as f32, self.config.block_ticks as f32);
-        let (mut total, mut valid, mut end_ticks) = (S::NO_BLOCK, 0.0, 0.0);
-        self.ring.for_each(|block| {
-            end_ticks += block_ticks;
-            if S::is_valid(block) {
-                S::fold(&mut total, block, end_ticks);
-                valid += 1.0;
-            }
-        });
-        let mut indices = Indices::NOT_KEPT;
-        let enough = valid > 0.0 && valid >= self.config.min_valid * blocks;
-        if enough {
-            let by = Scale {
-                tick_s: self.config.sample_time_s,
-                y_unit: self.config.y_unit,
-                u_unit: self.config.u_unit,
-                per_tick: 1.0 / (valid * block_ticks),
-                fill: blocks / valid,
-            };
-            S::scale(&total, &by, &mut indices);
+    /// Adds the ring up; `None` with too few valid blocks.
+    fn window(&self) -> Option<Indices> {
+        let blocks = u32::from(self.config.window_blocks);
+        let block_is_valid =
+            |place: u32| self.valid_blocks.wrapping_shr(blocks.saturating_sub(1 + place)) & 1 == 1;
+        let valid = (0..blocks).filter(|&place| block_is_valid(place)).count() as u32;
+        if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
+            return None;
         }
-        (indices, enough)
+        // A block left out is taken as the mean of the valid ones at its own place: `fill` scales the sums, and
+        // for those that are weighted with time each valid block also stands at the places left out.
+        let places_left_out: u32 = (0..blocks).filter(|&place| !block_is_valid(place)).sum();
+        let offset_ticks = |place: u32| {
+            let stands_at = if valid == blocks {
+                place as f32
+            } else {
+                (valid * place + places_left_out) as f32 / blocks as f32
+            };
+            stands_at * self.config.block_ticks as f32
+        };
+        let mut total = Indices::NOT_KEPT;
+        S::begin(&mut total);
+        let older = self.ring.len().saturating_sub(blocks as usize);
+        for (place, block) in (0..blocks).zip(self.stored().skip(older)) {
+            if block_is_valid(place) {
+                S::fold(&mut total, block, offset_ticks(place));
+            }
+        }
+        let by = Scale {
+            tick_s: self.config.sample_time_s,
+            y_unit: self.config.y_unit,
+            u_unit: self.config.u_unit,
+            per_tick: 1.0 / (valid as f32 * self.config.block_ticks as f32),
+            fill: blocks as f32 / valid as f32,
+        };
+        S::scale(&mut total, &by);
+        Some(total)
     }
 
     fn owner(&self) -> Owner {
@@ -347,17 +416,21 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     pub fn save(&self, into: &mut [u8]) -> Result<usize, StateError> {
         Writer::envelope(into, self.owner(), |to| {
             to.u16(self.ring.len() as u16);
-            to.u16(self.ticks_left);
-            to.u16(self.passed);
+            to.u64(self.valid_blocks);
+            to.u16(self.tick_in_block);
+            to.u16(self.left_out);
+            to.u32(self.time_left_out);
+            to.u16(self.unpaired);
             to.u16(self.blocks_to_hop);
-            to.u8(u8::from(self.checks.has(Checks::FIRST)));
             to.u32(self.blank_ticks);
+            to.u8(self.link as u8);
             to.u32(self.r_before.to_word());
-            to.u32(S::y_before(&self.y_before).to_word());
+            to.u32(self.y_before.to_word());
             self.excluded.as_array().into_iter().for_each(|n| to.u16(n));
             to.u32(self.hop);
             S::write(&self.open, to);
-            self.ring.for_each(|block| S::write(block, to));
+            S::write(&self.strip, to);
+            self.stored().for_each(|block| S::write(block, to));
             for channel in &self.channels {
                 channel.detectors.write(to);
                 channel.course.write(to);
@@ -372,7 +445,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// the monitor is then unchanged.
     pub fn restore(&mut self, from: &[u8]) -> Result<(), StateError> {
         let mut payload = Reader::open(from, self.owner())?;
-        let mut restored = Self::start(self.config);
+        let mut restored = Self::new(self.config).map_err(|_| StateError::OtherConfig)?;
         restored.read(&mut payload).ok_or(StateError::Impossible)?;
         if !payload.is_empty() {
             return Err(StateError::Impossible);
@@ -383,15 +456,22 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     fn read(&mut self, from: &mut Reader<'_>) -> Option<()> {
         let blocks = usize::from(from.u16()?);
-        self.ticks_left = from.u16()?;
-        self.passed = from.u16()?;
+        self.valid_blocks = from.u64()?;
+        self.tick_in_block = from.u16()?;
+        self.strip_end = Self::strip_end(self.config, self.tick_in_block);
+        self.left_out = from.u16()?;
+        self.time_left_out = from.u32()?;
+        self.unpaired = from.u16()?;
         self.blocks_to_hop = from.u16()?;
-        if from.u8()? == 0 {
-            self.checks.0 &= !Checks::FIRST;
-        }
         self.blank_ticks = from.u32()?;
-        let before = (N::from_word(from.u32()?), N::from_word(from.u32()?));
-        self.remember(before.0, before.1);
+        self.link = match from.u8()? {
+            0 => Link::None,
+            1 => Link::Gap,
+            2 => Link::Tick,
+            _ => return None,
+        };
+        self.r_before = N::from_word(from.u32()?);
+        self.y_before = N::from_word(from.u32()?);
         let mut counts = [0u16; 6];
         for count in &mut counts {
             *count = from.u16()?;
@@ -399,57 +479,109 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.excluded = Excluded::from_array(counts);
         self.hop = from.u32()?;
         self.open = S::read(from)?;
+        self.strip = S::read(from)?;
+        if blocks > B {
+            return None;
+        }
         for _ in 0..blocks {
-            self.ring.write(S::read(from)?, self.config.window_blocks);
+            self.store(S::read(from)?);
         }
-        for channel in &mut self.channels {
-            channel.detectors = DetectorStates::read(from)?;
-            channel.course = Course::read(from)?;
+        for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
+            state.detectors =
+                DetectorStates::read(from).filter(|states| channel.detectors.possible(states))?;
+            state.course = Course::read(from).filter(|course| course.possible(&self.config.decision))?;
         }
-        let sane = blocks <= usize::from(self.config.window_blocks)
-            && self.ticks_left > 0
-            && u32::from(self.ticks_left) + u32::from(self.passed) <= self.config.block_ticks
+        self.possible().then_some(())
+    }
+
+    /// What only damage beyond the checksum, or another program, could have written.
+    fn possible(&self) -> bool {
+        let left_out = u32::from(self.left_out);
+        u32::from(self.tick_in_block) < self.config.block_ticks
+            && left_out + u32::from(self.unpaired) <= u32::from(self.tick_in_block)
+            && self.time_left_out <= left_out * u32::from(self.tick_in_block)
             && (1..=self.config.hop_blocks).contains(&self.blocks_to_hop)
-            && before.0.admissible()
-            && before.1.admissible();
-        sane.then_some(())
+            && self.blank_ticks <= self.config.blanking.as_ref().map_or(0, |b| b.ticks)
+            && self.r_before.admissible()
+            && self.y_before.admissible()
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<N: Number, S: IndexSet<N>, const B: usize, const C: usize> defmt::Format for Monitor<'_, N, S, B, C> {
+    /// Where it stands; the sums are no reading for a log.
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Monitor {{ hop: {}, verdict: {} }}", self.hop, self.verdict());
+    }
+}
+
+/// Apart and cold: the tick path only asks whether, not why.
+#[cold]
+fn refusal<N: Number>(r: N, y: N, u: N) -> Exclusion {
+    if r.non_finite() || y.non_finite() || u.non_finite() {
+        Exclusion::NonFinite
+    } else {
+        Exclusion::OutOfRange
+    }
+}
+
+fn unjudged(kind: ChannelKind) -> ChannelReport {
+    ChannelReport {
+        kind,
+        x: f32::NAN,
+        value: f32::NAN,
+        residual: f32::NAN,
+        z: f32::NAN,
+        extrapolated: false,
+        detectors: DetectorStates {
+            cusum: crate::detector::CusumState::ZERO,
+            sprt: crate::detector::SprtState::ZERO,
+        },
+        alarms: Alarms::NONE,
+        verdict: Verdict::Healthy,
+        side: None,
+        fault_curve: None,
     }
 }
 
 impl ChannelState {
-    fn start(channel: &Channel) -> Self {
-        Self { detectors: channel.detectors.start(), course: Course::HEALTHY }
-    }
-
-    /// Feeds a valid window's residual to the detectors and the course; how the channel stands after it.
-    #[inline(never)]
-    fn judge(
+    fn judge<N: Number, const C: usize>(
         &mut self,
-        decision: &Decision,
+        config: &Config<N, C>,
         channel: &Channel,
-        indices: &Indices,
-        valid: bool,
+        indices: Option<&Indices>,
     ) -> ChannelReport {
-        let baseline = &channel.baseline;
-        let mut out = ChannelReport { kind: channel.kind, ..ChannelReport::NONE };
-        let mut ended = None;
-        if valid {
+        let mut out = unjudged(channel.kind);
+        out.verdict = self.course.verdict();
+        if let Some(indices) = indices {
             (out.x, out.value) = channel.kind.coordinates(indices);
-            let residual = baseline.residual(out.x, out.value);
-            let z = baseline.standardise(out.x, residual);
-            // Not learnt yet, or a unit that makes an index overflow: neither must poison the detectors.
-            if baseline.learned() && z.is_finite() {
-                (out.residual, out.z) = (residual, z);
-                out.extrapolated = out.x < baseline.x_min || out.x > baseline.x_max;
-                out.alarms = channel.detectors.update(&mut self.detectors, z);
-                ended = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
+            if channel.baseline.learned() {
+                self.judge_residual(config, channel, &mut out);
             }
         }
         out.detectors = self.detectors;
-        out.verdict = ended.unwrap_or(self.course.verdict());
         out.side = self.course.side();
-        out.fault_curve = self.course.drifted().map(|(line, windows)| FaultCurve::of(line, windows, baseline));
+        out.fault_curve = self.course.drifted().map(|fit| FaultCurve::of(fit, &channel.baseline));
         out
+    }
+
+    fn judge_residual<N: Number, const C: usize>(
+        &mut self,
+        config: &Config<N, C>,
+        channel: &Channel,
+        out: &mut ChannelReport,
+    ) {
+        let residual = channel.baseline.residual(out.x, out.value);
+        let z = channel.baseline.standardise(out.x, residual);
+        // A unit that makes an index overflow must not poison the detectors.
+        if !z.is_finite() {
+            return;
+        }
+        out.residual = residual;
+        out.z = z;
+        out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
+        out.alarms = channel.detectors.update(&mut self.detectors, z);
+        out.verdict = self.course.update(&config.decision, z, out.alarms.side(), out.x, out.value);
     }
 }
 

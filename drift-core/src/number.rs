@@ -1,7 +1,9 @@
 //! The two kinds of sample numbers: `f32` in engineering units, `i32` in converter counts.
 //!
-//! Sums of `f32` are `f32` (bounded by the block ring, see [`crate::window`]); sums of counts are `i64` and
+//! Sums of `f32` are `f32` (their rounding is bounded by strips and the block ring, see [`crate::Monitor`]); sums of counts are `i64` and
 //! exact. On cores without an FPU the second costs 6 to 20 times fewer instructions per tick.
+
+use crate::store::{Reader, Writer};
 
 /// A sample's number. Sealed: implemented for `f32` and `i32`.
 pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'static {
@@ -14,23 +16,23 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     /// Largest admissible magnitude of r, y and u: beyond it a window's sum could overflow.
     /// 1e13 for `f32`; 2^20 - 1 for counts.
     const LIMIT: Self;
-    /// Ticks that a block may hold when it sums e^2, so that 64 blocks can be added up.
-    const MAX_BLOCK_TICKS: u32;
     /// Ticks that a block may hold when it sums `t*e^2`, the index that grows fastest.
     const MAX_BLOCK_TICKS_WEIGHTED: u32;
+    /// Sums do not round: strips would buy nothing.
+    const EXACT: bool;
     /// Marks the number's type in saved state.
     const TAG: u8;
-
-    /// A sum that no block can have: marks a block that does not count.
-    const NO_SUM: Self::Sum;
 
     /// Finite and within [`Number::LIMIT`].
     fn admissible(self) -> bool;
     /// True only if all three are admissible; may be false for admissible ones close to the limit. The tick path
     /// asks this first.
     fn surely_admissible(r: Self, y: Self, u: Self) -> bool;
-    /// Whether the sum is [`Number::NO_SUM`].
-    fn is_no_sum(sum: Self::Sum) -> bool;
+    /// From the sum of a stretch and the sum of its running sums to the sum weighted with time, for a stretch that
+    /// ends before tick `end`.
+    fn weigh(sum: Self::Sum, running: Self::Sum, end: u32) -> Self::Sum;
+    /// `sum += term`.
+    fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
     /// NaN or infinite; never for counts.
     fn non_finite(self) -> bool;
     /// `self - other`; exact for admissible counts.
@@ -43,8 +45,12 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn add(self, sum: &mut Self::Sum);
     /// `sum += self^2`.
     fn add_square(self, sum: &mut Self::Sum);
-    /// `sum += term`.
-    fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
+    /// `sum += weight*self`.
+    fn add_weighted(self, weight: u32, sum: &mut Self::Sum);
+    /// `sum += weight*self^2`.
+    fn add_weighted_square(self, weight: u32, sum: &mut Self::Sum);
+    /// `a + b`.
+    fn join(a: Self::Sum, b: Self::Sum) -> Self::Sum;
     /// `sum*whole/part`: what the sum would be, had all of a block's ticks been valid.
     fn extrapolate(sum: Self::Sum, part: u32, whole: u32) -> Self::Sum;
     /// The sum as `f32`, to be scaled at the hop.
@@ -55,10 +61,10 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn to_word(self) -> u32;
     /// From 32 bits.
     fn from_word(word: u32) -> Self;
-    /// The sum's 64 bits (the upper half is zero for `f32`).
-    fn sum_to_word(sum: Self::Sum) -> u64;
-    /// From 64 bits.
-    fn sum_from_word(word: u64) -> Self::Sum;
+    /// Saves a sum.
+    fn write_sum(sum: Self::Sum, to: &mut Writer<'_>);
+    /// Restores a sum; `None` past the end, or if it is not finite.
+    fn read_sum(from: &mut Reader<'_>) -> Option<Self::Sum>;
 }
 
 mod sealed {
@@ -68,17 +74,17 @@ mod sealed {
 }
 
 /// A core without floating-point registers: comparisons of bits are cheaper there.
-pub(crate) const SOFT_FLOAT: bool = cfg!(any(all(target_arch = "arm", target_abi = "eabi"), target_arch = "riscv32"));
+pub(crate) const SOFT_FLOAT: bool =
+    cfg!(any(all(target_arch = "arm", target_abi = "eabi"), target_arch = "riscv32"));
 
 impl Number for f32 {
     type Sum = f32;
     const NOTHING: f32 = 0.0;
     const ZERO: f32 = 0.0;
     const LIMIT: f32 = 1e13;
-    const MAX_BLOCK_TICKS: u32 = u16::MAX as u32;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = u16::MAX as u32;
+    const EXACT: bool = false;
     const TAG: u8 = 1;
-    const NO_SUM: f32 = f32::NAN;
 
     #[inline(always)]
     fn admissible(self) -> bool {
@@ -96,9 +102,12 @@ impl Number for f32 {
             r.abs() + y.abs() + u.abs() <= Self::LIMIT
         }
     }
+    fn weigh(sum: f32, running: f32, end: u32) -> f32 {
+        end as f32 * sum - running
+    }
     #[inline(always)]
-    fn is_no_sum(sum: f32) -> bool {
-        sum.is_nan()
+    fn add_sum(sum: &mut f32, term: f32) {
+        *sum += term;
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -131,8 +140,16 @@ impl Number for f32 {
         *sum += self * self;
     }
     #[inline(always)]
-    fn add_sum(sum: &mut f32, term: f32) {
-        *sum += term;
+    fn add_weighted(self, weight: u32, sum: &mut f32) {
+        *sum += weight as f32 * self;
+    }
+    #[inline(always)]
+    fn add_weighted_square(self, weight: u32, sum: &mut f32) {
+        *sum += weight as f32 * (self * self);
+    }
+    #[inline]
+    fn join(a: f32, b: f32) -> f32 {
+        a + b
     }
     #[inline]
     fn extrapolate(sum: f32, part: u32, whole: u32) -> f32 {
@@ -152,11 +169,11 @@ impl Number for f32 {
     fn from_word(word: u32) -> Self {
         Self::from_bits(word)
     }
-    fn sum_to_word(sum: f32) -> u64 {
-        u64::from(sum.to_bits())
+    fn write_sum(sum: f32, to: &mut Writer<'_>) {
+        to.f32(sum);
     }
-    fn sum_from_word(word: u64) -> f32 {
-        f32::from_bits(word as u32)
+    fn read_sum(from: &mut Reader<'_>) -> Option<f32> {
+        from.f32()
     }
 }
 
@@ -164,13 +181,11 @@ impl Number for i32 {
     type Sum = i64;
     const NOTHING: i64 = 0;
     const ZERO: i32 = 0;
-    // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j = 1 to 2047 stays below 2^63.
+    // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j < 2048 stays below 2^63.
     const LIMIT: i32 = (1 << 20) - 1;
-    // 64*16384*2^42 = 2^62.
-    const MAX_BLOCK_TICKS: u32 = 1 << 14;
-    const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2047;
+    const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2048;
+    const EXACT: bool = true;
     const TAG: u8 = 2;
-    const NO_SUM: i64 = i64::MIN;
 
     #[inline(always)]
     fn admissible(self) -> bool {
@@ -181,9 +196,13 @@ impl Number for i32 {
     fn surely_admissible(r: i32, y: i32, u: i32) -> bool {
         r.admissible() && y.admissible() && u.admissible()
     }
+    fn weigh(sum: i64, running: i64, end: u32) -> i64 {
+        // Whatever wraps in between, the result is exact: it fits.
+        sum.wrapping_mul(i64::from(end)).wrapping_sub(running)
+    }
     #[inline(always)]
-    fn is_no_sum(sum: i64) -> bool {
-        sum == Self::NO_SUM
+    fn add_sum(sum: &mut i64, term: i64) {
+        *sum = sum.wrapping_add(term);
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -210,8 +229,16 @@ impl Number for i32 {
         *sum = sum.wrapping_add(i64::from(self) * i64::from(self));
     }
     #[inline(always)]
-    fn add_sum(sum: &mut i64, term: i64) {
-        *sum = sum.wrapping_add(term);
+    fn add_weighted(self, weight: u32, sum: &mut i64) {
+        *sum = sum.wrapping_add(i64::from(self) * i64::from(weight));
+    }
+    #[inline(always)]
+    fn add_weighted_square(self, weight: u32, sum: &mut i64) {
+        *sum = sum.wrapping_add((i64::from(self) * i64::from(self)).wrapping_mul(i64::from(weight)));
+    }
+    #[inline]
+    fn join(a: i64, b: i64) -> i64 {
+        a.saturating_add(b)
     }
     fn extrapolate(sum: i64, part: u32, whole: u32) -> i64 {
         let (part, whole) = (i64::from(part.max(1)), i64::from(whole));
@@ -232,11 +259,11 @@ impl Number for i32 {
     fn from_word(word: u32) -> Self {
         word as i32
     }
-    fn sum_to_word(sum: i64) -> u64 {
-        sum as u64
+    fn write_sum(sum: i64, to: &mut Writer<'_>) {
+        to.u64(sum as u64);
     }
-    fn sum_from_word(word: u64) -> i64 {
-        word as i64
+    fn read_sum(from: &mut Reader<'_>) -> Option<i64> {
+        from.u64().map(|word| word as i64)
     }
 }
 
@@ -266,14 +293,13 @@ mod tests {
 
     #[test]
     fn the_largest_count_block_does_not_overflow() {
-        let (mut sum, mut sum_of_sums) = (0i64, 0i64);
+        let mut sum = 0i64;
         let e = 2 * <i32 as Number>::LIMIT;
-        for _ in 0..<i32 as Number>::MAX_BLOCK_TICKS_WEIGHTED {
-            e.add_square(&mut sum);
-            <i32 as Number>::add_sum(&mut sum_of_sums, sum);
+        for j in 0..<i32 as Number>::MAX_BLOCK_TICKS_WEIGHTED {
+            e.add_weighted_square(j, &mut sum);
         }
-        let exact: i128 = (1..2048i128).map(|j| j * i128::from(e) * i128::from(e)).sum();
-        assert_eq!(i128::from(sum_of_sums), exact);
+        let exact: i128 = (0..2048i128).map(|j| j * i128::from(e) * i128::from(e)).sum();
+        assert_eq!(i128::from(sum), exact);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Two-sided CUSUM (Page 1954) with optional head start (Lucas & Crosier 1982).
 
-use super::{Side, all_finite};
+use super::Side;
 
 /// `high = max(0, high + z - k)`, `low = max(0, low - z - k)`; alarm above `h`.
 ///
@@ -69,9 +69,14 @@ impl Cusum {
         Some(side)
     }
 
+    pub(crate) fn possible(&self, state: &CusumState) -> bool {
+        [state.high, state.low].into_iter().all(|sum| (0.0..=self.h).contains(&sum))
+    }
+
     pub(crate) fn valid(&self) -> bool {
-        all_finite(&self.words())
+        self.k.is_finite()
             && self.k >= 0.0
+            && self.h.is_finite()
             && self.h > 0.0
             && (0.0..1.0).contains(&self.head_start)
     }

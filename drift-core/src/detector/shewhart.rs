@@ -1,6 +1,6 @@
 //! Shewhart limits: one standardised residual beyond a limit.
 
-use super::{Side, all_finite};
+use super::Side;
 
 /// Limits on a single standardised residual, sigmas. With Gaussian residuals +-3 gives one false alarm in 370
 /// decisions; a skewed index needs unequal limits, which calibration finds.
@@ -32,7 +32,7 @@ impl Shewhart {
     }
 
     pub(crate) fn valid(&self) -> bool {
-        all_finite(&self.words()) && self.upper > 0.0 && self.lower < 0.0
+        self.upper.is_finite() && self.lower.is_finite() && self.upper > 0.0 && self.lower < 0.0
     }
 
     pub(crate) const fn words(&self) -> [f32; 2] {

@@ -1,7 +1,7 @@
 //! Repeated sequential probability ratio test (Wald 1945) in both directions: restarts whenever it has accepted
 //! the healthy hypothesis.
 
-use super::{Side, all_finite};
+use super::Side;
 use crate::math;
 
 /// Log-likelihood increments `constant +- linear*z + quadratic*z^2`, one test each side; alarm at `upper`,
@@ -71,19 +71,22 @@ impl Sprt {
         }
     }
 
-    // Twice per decision: not worth its bytes twice.
-    #[inline(never)]
     fn advance(&self, ratio: &mut f32, increment: f32) -> bool {
         *ratio += increment;
         let alarm = *ratio >= self.upper;
-        if alarm || *ratio <= self.lower {
+        // NaN, the difference of two overflows, starts anew as well: no state may stay poisoned.
+        if alarm || ratio.is_nan() || *ratio <= self.lower {
             *ratio = 0.0;
         }
         alarm
     }
 
+    pub(crate) fn possible(&self, state: &SprtState) -> bool {
+        [state.high, state.low].into_iter().all(|ratio| ratio > self.lower && ratio < self.upper)
+    }
+
     pub(crate) fn valid(&self) -> bool {
-        all_finite(&self.words()) && self.upper > 0.0 && self.lower < 0.0
+        self.words().iter().all(|x| x.is_finite()) && self.upper > 0.0 && self.lower < 0.0
     }
 
     pub(crate) const fn words(&self) -> [f32; 5] {

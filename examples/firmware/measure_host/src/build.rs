@@ -43,8 +43,8 @@ pub fn library_everywhere() -> Result<()> {
                 "check",
                 "--quiet",
                 "--release",
-                "-p",
-                "drift-core",
+                "--manifest-path",
+                "../../drift-core/Cargo.toml",
                 "--no-default-features",
                 "--features",
                 features,
@@ -67,7 +67,6 @@ pub fn programs(target: &Target) -> Result<()> {
 /// The example for a real board.
 pub fn real_board() -> Result<()> {
     cargo(&["build", "--quiet", "--release", "-p", "rtic_stm32", "--target", "thumbv7em-none-eabihf"])?;
-    crate::image::no_panic(&target_dir().join("thumbv7em-none-eabihf/release/rtic_stm32"))?;
     println!("builds    rtic_stm32 for the STM32F411");
     Ok(())
 }

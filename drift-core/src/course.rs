@@ -132,7 +132,18 @@ impl Course {
         self.hops = self.hops.saturating_add(1);
         let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
         let most = 0.5 * decision.log_odds;
-        self.evidence = (self.evidence + step.clamp(-most, most)).min(decision.log_odds);
+        // `clamp` would keep a path to a panic in the image.
+        let step_bounded = if step > most {
+            most
+        } else if step < -most {
+            -most
+        } else {
+            step
+        };
+        self.evidence += step_bounded;
+        if self.evidence > decision.log_odds {
+            self.evidence = decision.log_odds;
+        }
         if step > 0.0 {
             self.hops_away = self.hops_away.saturating_add(1);
             self.mean_away += (away - self.mean_away) / f32::from(self.hops_away);

@@ -9,7 +9,7 @@ use heapless::Vec;
 
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Config, ConfigError};
-use crate::course::{COURSE_BYTES, Course, Verdict};
+use crate::course::{COURSE_BYTES, Course, Decision, Verdict};
 use crate::detector::{Alarms, DETECTOR_BYTES, DetectorStates};
 use crate::index::Indices;
 use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
@@ -91,9 +91,14 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         + C * (DETECTOR_BYTES + COURSE_BYTES)
         + CHECKSUM_BYTES;
 
-    /// Ticks per strip, less one: a power of two near the root of the block's length.
+    /// Ticks per strip, less one: a power of two near the root of the block's length, and at least 64 ticks: a
+    /// shorter strip costs more ticks than it saves rounding.
     const fn strip_mask(block_ticks: u32) -> u32 {
-        if N::EXACT { u16::MAX as u32 } else { (1 << block_ticks.ilog2().div_ceil(2)) - 1 }
+        if N::EXACT {
+            return u16::MAX as u32;
+        }
+        let half_bits = (33 - (block_ticks | 1).leading_zeros()) / 2;
+        (1 << if half_bits > 6 { half_bits } else { 6 }) - 1
     }
 
     /// A monitor that has seen nothing yet.
@@ -333,27 +338,31 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             return None;
         }
         self.blocks_to_hop = self.config.hop_blocks;
-        (self.ring.len() >= usize::from(self.config.window_blocks)).then(|| self.decide())
+        if self.ring.len() < usize::from(self.config.window_blocks) {
+            return None;
+        }
+        Some(self.decide())
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn decide(&mut self) -> Report<C> {
         let indices = self.window();
+        let (states, config) = (&mut self.channels, self.config);
         let mut report = Report {
             hop: self.hop,
             status: if indices.is_some() { WindowStatus::Valid } else { WindowStatus::TooFewValid },
             verdict: Verdict::Healthy,
             location: Location::Nowhere,
+            channels: core::array::from_fn(|i| match (states.get_mut(i), config.channels.get(i)) {
+                (Some(state), Some(channel)) => state.judge(&config.decision, channel, indices.as_ref()),
+                _ => unjudged(ChannelKind::Effort),
+            }),
             indices: indices.unwrap_or(Indices::NOT_KEPT),
             excluded: self.excluded,
-            channels: self.config.channels.each_ref().map(|c| unjudged(c.kind)),
         };
-        for ((state, channel), out) in
-            self.channels.iter_mut().zip(&self.config.channels).zip(&mut report.channels)
-        {
-            *out = state.judge(self.config, channel, indices.as_ref());
-            report.verdict = report.verdict.max(out.verdict);
-            report.location = report.location.with(out);
+        for channel in &report.channels {
+            report.verdict = report.verdict.max(channel.verdict);
+            report.location = report.location.with(channel);
         }
         self.hop = self.hop.wrapping_add(1);
         self.excluded = Excluded::NONE;
@@ -365,13 +374,16 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let blocks = u32::from(self.config.window_blocks);
         let block_is_valid =
             |place: u32| self.valid_blocks.wrapping_shr(blocks.saturating_sub(1 + place)) & 1 == 1;
-        let valid = (0..blocks).filter(|&place| block_is_valid(place)).count() as u32;
+        // The bits of the window's blocks; `blocks` is 1 to 64.
+        let window_bits = self.valid_blocks & (u64::MAX >> (64 - blocks.clamp(1, 64)));
+        let valid = window_bits.count_ones();
         if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
             return None;
         }
         // A block left out is taken as the mean of the valid ones at its own place: `fill` scales the sums, and
         // for those that are weighted with time each valid block also stands at the places left out.
-        let places_left_out: u32 = (0..blocks).filter(|&place| !block_is_valid(place)).sum();
+        let places_left_out: u32 =
+            if valid == blocks { 0 } else { (0..blocks).filter(|&place| !block_is_valid(place)).sum() };
         let offset_ticks = |place: u32| {
             let stands_at = if valid == blocks {
                 place as f32
@@ -383,9 +395,19 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let mut total = Indices::NOT_KEPT;
         S::begin(&mut total);
         let older = self.ring.len().saturating_sub(blocks as usize);
-        for (place, block) in (0..blocks).zip(self.stored().skip(older)) {
-            if block_is_valid(place) {
-                S::fold(&mut total, block, offset_ticks(place));
+        let (newer, oldest) = self.ring.split_at_checked(usize::from(self.oldest)).unwrap_or((&[], &[]));
+        let mut place = 0;
+        let mut skip = older;
+        for part in [oldest, newer] {
+            for block in part {
+                if skip > 0 {
+                    skip -= 1;
+                    continue;
+                }
+                if valid == blocks || block_is_valid(place) {
+                    S::fold(&mut total, block, offset_ticks(place));
+                }
+                place += 1;
             }
         }
         let by = Scale {
@@ -545,18 +567,14 @@ fn unjudged(kind: ChannelKind) -> ChannelReport {
 }
 
 impl ChannelState {
-    fn judge<N: Number, const C: usize>(
-        &mut self,
-        config: &Config<N, C>,
-        channel: &Channel,
-        indices: Option<&Indices>,
-    ) -> ChannelReport {
+    #[inline(never)]
+    fn judge(&mut self, decision: &Decision, channel: &Channel, indices: Option<&Indices>) -> ChannelReport {
         let mut out = unjudged(channel.kind);
         out.verdict = self.course.verdict();
         if let Some(indices) = indices {
             (out.x, out.value) = channel.kind.coordinates(indices);
             if channel.baseline.learned() {
-                self.judge_residual(config, channel, &mut out);
+                self.judge_residual(decision, channel, &mut out);
             }
         }
         out.detectors = self.detectors;
@@ -565,12 +583,7 @@ impl ChannelState {
         out
     }
 
-    fn judge_residual<N: Number, const C: usize>(
-        &mut self,
-        config: &Config<N, C>,
-        channel: &Channel,
-        out: &mut ChannelReport,
-    ) {
+    fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut ChannelReport) {
         let residual = channel.baseline.residual(out.x, out.value);
         let z = channel.baseline.standardise(out.x, residual);
         // A unit that makes an index overflow must not poison the detectors.
@@ -581,7 +594,7 @@ impl ChannelState {
         out.z = z;
         out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
         out.alarms = channel.detectors.update(&mut self.detectors, z);
-        out.verdict = self.course.update(&config.decision, z, out.alarms.side(), out.x, out.value);
+        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
     }
 }
 

@@ -83,7 +83,7 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     /// Whether the error index is kept.
     fn keeps(index: Index) -> bool;
     /// Adds one valid tick.
-    fn add(block: &mut Self::Block, step: &Step<N>);
+    fn add(block: &mut Self::Block, tick_in_block: u32, step: &Step<N>);
     /// Adds the sums of a stretch of ticks that ends before tick `end` of the same block.
     fn join(block: &mut Self::Block, stretch: &Self::Block, end: u32);
     /// A tick passes without a valid sample.
@@ -161,9 +161,9 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         index == J::INDEX
     }
     #[inline(always)]
-    fn add(block: &mut Self::Block, step: &Step<N>) {
+    fn add(block: &mut Self::Block, tick_in_block: u32, step: &Step<N>) {
         step.u.add_square(&mut block.energy);
-        block.error.add(step.r.minus(step.y).magnitude(), J::SQUARED);
+        block.error.add(tick_in_block, step.r.minus(step.y).magnitude(), J::SQUARED);
     }
     #[inline]
     fn pass(block: &mut Self::Block) {
@@ -245,12 +245,12 @@ impl<N: Number> IndexSet<N> for Full {
         true
     }
     #[inline(always)]
-    fn add(block: &mut FullBlock<N>, step: &Step<N>) {
+    fn add(block: &mut FullBlock<N>, tick_in_block: u32, step: &Step<N>) {
         let e = step.r.minus(step.y);
         let (magnitude, u_magnitude) = (e.magnitude(), step.u.magnitude());
         step.u.add_square(&mut block.energy);
-        block.absolute.add(magnitude, false);
-        block.square.add(magnitude, true);
+        block.absolute.add(tick_in_block, magnitude, false);
+        block.square.add(tick_in_block, magnitude, true);
         step.u.add(&mut block.u);
         step.y.add(&mut block.y);
         e.add(&mut block.e);

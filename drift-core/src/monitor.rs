@@ -148,12 +148,13 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         // Three comparisons on most ticks; whatever else they can lead to is one call apart.
         let next = self.tick_in_block.wrapping_add(1);
         if self.usual && next != self.strip_end && N::surely_admissible(r, y, u) {
+            let tick = u32::from(self.tick_in_block);
             self.tick_in_block = next;
             let step = Step { r, y, u, r_before: self.r_before, y_before: self.y_before };
             if S::KEEPS_EFFORT {
                 (self.r_before, self.y_before) = (r, y);
             }
-            S::add(&mut self.strip, &step);
+            S::add(&mut self.strip, tick, &step);
             return None;
         }
         self.rare_tick(r, y, u)
@@ -163,7 +164,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     #[inline(never)]
     fn rare_tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
         match self.admit(r, y, u) {
-            Ok(step) => S::add(&mut self.strip, &step),
+            Ok(step) => S::add(&mut self.strip, u32::from(self.tick_in_block), &step),
             Err(why) => self.leave_out(why),
         }
         let guarded = self.config.saturation.is_some() || self.config.blanking.is_some();

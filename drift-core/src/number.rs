@@ -28,8 +28,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     /// True only if all three are admissible; may be false for admissible ones close to the limit. The tick path
     /// asks this first.
     fn surely_admissible(r: Self, y: Self, u: Self) -> bool;
-    /// From the sum of a stretch and the sum of its running sums to the sum weighted with time, for a stretch that
-    /// ends before tick `end`.
+    /// Where sums are exact: from the sum of a stretch and the sum of its running sums to the sum weighted with time,
+    /// for a stretch that ends before tick `end`.
     fn weigh(sum: Self::Sum, running: Self::Sum, end: u32) -> Self::Sum;
     /// `sum += term`.
     fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
@@ -102,8 +102,8 @@ impl Number for f32 {
             r.abs() + y.abs() + u.abs() <= Self::LIMIT
         }
     }
-    fn weigh(sum: f32, running: f32, end: u32) -> f32 {
-        end as f32 * sum - running
+    fn weigh(_: f32, weighted: f32, _: u32) -> f32 {
+        weighted
     }
     #[inline(always)]
     fn add_sum(sum: &mut f32, term: f32) {

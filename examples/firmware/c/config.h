@@ -20,9 +20,9 @@ static const drift_config_t drift_config = {
             .kind = DRIFT_ENERGY_ERROR,
             .index = DRIFT_IAE,
             .baseline = {
-                .b0 = 0.055f, .b1 = 0.0f,
-                .sigma = 0.02f, .windows = 0.0f,
-                .x_mean = 0.0f, .x_ss = 0.0f,
+                .b0 = 0.014f, .b1 = 0.0478f,
+                .sigma = 0.008f, .windows = 47.0f,
+                .x_mean = 0.4255f, .x_ss = 0.1284f,
                 .x_min = -3.4028235e38f, .x_max = 3.4028235e38f,
             },
             .has_shewhart = false,

@@ -33,7 +33,7 @@ pub fn compare(target: &Target) -> Result<()> {
 
 /// As defmt frames.
 pub fn compare_frames(target: &Target) -> Result<()> {
-    run(Command::new("cargo").args(["build", "--quiet", "--release", "-p", "pi_loop", "--features", "defmt"]).args([
+    run(Command::new("cargo").env("DEFMT_LOG", "info").args(["build", "--quiet", "--release", "-p", "pi_loop", "--features", "defmt"]).args([
         "--target",
         target.triple,
     ]))?;

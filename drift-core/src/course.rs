@@ -152,7 +152,9 @@ impl Course {
 
     /// What the test takes "away" to be, sigmas.
     fn shift(&self, decision: &Decision) -> f32 {
-        decision.smallest_shift.max(0.5 * self.mean_away)
+        // `f32::max` would call fmaxf, which a C firmware may not link.
+        let half = 0.5 * self.mean_away;
+        if half > decision.smallest_shift { half } else { decision.smallest_shift }
     }
 
     pub(crate) fn verdict(&self) -> Verdict {

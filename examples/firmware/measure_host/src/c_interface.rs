@@ -16,6 +16,7 @@ const WARNINGS: [&str; 5] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedant
 /// All of it.
 pub fn check() -> Result<()> {
     header()?;
+    generated_configuration()?;
     let on_host = host()?;
     for triple in BUILD.iter().filter(|t| t.starts_with("thumb")) {
         let archive = archive(triple)?;
@@ -46,6 +47,27 @@ fn header() -> Result<()> {
         bail!("{} is not what cbindgen makes of the crate; UPDATE_EXPECTED=1 writes it anew", path.display());
     }
     println!("header    {} is as generated", path.display());
+    Ok(())
+}
+
+/// What `drift calibrate --c` writes, as the committed example of its test, compiles against our header.
+fn generated_configuration() -> Result<()> {
+    let example = std::path::absolute("../../drift-sim/tests/baseline_file/config.h")?;
+    if !example.exists() {
+        println!("note      no {}: only the example here is compiled", example.display());
+        return Ok(());
+    }
+    let program = target_dir().join("c/generated.c");
+    std::fs::create_dir_all(target_dir().join("c"))?;
+    let main = "drift_pair_t m;\nint main(void) { return drift_pair_init(&m, &drift_config); }\n";
+    std::fs::write(&program, format!("#include \"drift.h\"\n#include \"{}\"\n{main}", example.display()))?;
+    run(Command::new("cc")
+        .args(WARNINGS)
+        .args(["-I", &format!("{CRATE}/include"), "-c"])
+        .arg(&program)
+        .arg("-o")
+        .arg(program.with_extension("o")))?;
+    println!("compiles  the configuration that drift calibrate --c writes, against drift.h");
     Ok(())
 }
 

@@ -115,7 +115,7 @@ impl Course {
             let Some(side) = alarm else { return Verdict::Healthy };
             *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
         }
-        self.since.add(x, value);
+        self.since.add_without_scatter(x, value);
         self.weigh(decision, self.side.sign() * z);
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;

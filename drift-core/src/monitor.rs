@@ -342,14 +342,15 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         if self.ring.len() < usize::from(self.config.window_blocks) {
             return None;
         }
-        Some(self.decide())
+        self.decide()
     }
 
     #[inline(always)]
-    fn decide(&mut self) -> Report<C> {
+    fn decide(&mut self) -> Option<Report<C>> {
         let indices = self.window();
         let (states, config) = (&mut self.channels, self.config);
-        let mut report = Report {
+        // In its place from the start: the report is copied nowhere.
+        let mut decided = Some(Report {
             hop: self.hop,
             status: if indices.is_some() { WindowStatus::Valid } else { WindowStatus::TooFewValid },
             verdict: Verdict::Healthy,
@@ -360,14 +361,16 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             }),
             indices: indices.unwrap_or(Indices::NOT_KEPT),
             excluded: self.excluded,
-        };
-        for channel in &report.channels {
-            report.verdict = report.verdict.max(channel.verdict);
-            report.location = report.location.with(channel);
+        });
+        if let Some(report) = &mut decided {
+            for channel in &report.channels {
+                report.verdict = report.verdict.max(channel.verdict);
+                report.location = report.location.with(channel);
+            }
         }
         self.hop = self.hop.wrapping_add(1);
         self.excluded = Excluded::NONE;
-        report
+        decided
     }
 
     /// Adds the ring up; `None` with too few valid blocks.

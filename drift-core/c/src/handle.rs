@@ -133,10 +133,13 @@ impl<N: FromLimit, S: IndexSet<N>, const C: usize> Storage<N, S, C> {
     /// As for [`Storage::monitor`].
     pub unsafe fn acknowledge(this: *mut Self) -> i32 {
         // SAFETY: the caller's promise.
-        unsafe { Self::monitor(this) }.map_or_else(|code| code, |monitor| {
-            monitor.acknowledge();
-            DRIFT_OK
-        })
+        unsafe { Self::monitor(this) }.map_or_else(
+            |code| code,
+            |monitor| {
+                monitor.acknowledge();
+                DRIFT_OK
+            },
+        )
     }
 
     /// Saves; the bytes used (above zero), or a code.

@@ -20,11 +20,7 @@ pub struct Size {
 pub fn size(path: &Path) -> Result<Size> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;
-    let text = elf
-        .sections()
-        .filter(|s| matches!(s.name(), Ok(".text" | ".rodata")))
-        .map(|s| s.size())
-        .sum();
+    let text = elf.sections().filter(|s| matches!(s.name(), Ok(".text" | ".rodata"))).map(|s| s.size()).sum();
     let (mut routines, mut config) = (0, 0);
     let mut seen = std::collections::BTreeSet::new();
     for symbol in elf.symbols().filter(|s| s.size() > 0) {

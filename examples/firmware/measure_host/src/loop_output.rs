@@ -33,10 +33,10 @@ pub fn compare(target: &Target) -> Result<()> {
 
 /// As defmt frames.
 pub fn compare_frames(target: &Target) -> Result<()> {
-    run(Command::new("cargo").env("DEFMT_LOG", "info").args(["build", "--quiet", "--release", "-p", "pi_loop", "--features", "defmt"]).args([
-        "--target",
-        target.triple,
-    ]))?;
+    run(Command::new("cargo")
+        .env("DEFMT_LOG", "info")
+        .args(["build", "--quiet", "--release", "-p", "pi_loop", "--features", "defmt"])
+        .args(["--target", target.triple]))?;
     let path = image(target, "pi_loop");
     no_panic(&path)?;
     let frames = emulate(target, &path)?;
@@ -56,6 +56,10 @@ pub fn compare_frames(target: &Target) -> Result<()> {
         }
     }
     same(&text, Path::new("pi_loop/expected_defmt.txt"), "the decoded output")?;
-    println!("runs      pi_loop with defmt on {}: {} frames decoded, as expected", target.core, text.lines().count());
+    println!(
+        "runs      pi_loop with defmt on {}: {} frames decoded, as expected",
+        target.core,
+        text.lines().count()
+    );
     Ok(())
 }

@@ -64,7 +64,8 @@ pub fn rows(target: &Target) -> Result<Vec<Row>> {
     for (program, empty, config, hop) in PROBES {
         let path = image(target, program);
         let lines = parse(&emulate(target, &path)?)?;
-        let row = row(target, program, empty, config, hop, &lines).with_context(|| path.display().to_string())?;
+        let row =
+            row(target, program, empty, config, hop, &lines).with_context(|| path.display().to_string())?;
         if row.panic_symbols > 0 {
             bail!("{}: {}", path.display(), panics(&path)?.join(", "));
         }
@@ -116,7 +117,9 @@ fn ticks_per_instruction(target: &Target) -> f64 {
 }
 
 fn rivals(target: &Target, lines: &BTreeMap<String, Vec<f64>>) {
-    for (name, what) in [("pi", "PI tick"), ("biquad", "one biquad section"), ("nexus_cusum", "nexus-stats CusumF64")] {
+    for (name, what) in
+        [("pi", "PI tick"), ("biquad", "one biquad section"), ("nexus_cusum", "nexus-stats CusumF64")]
+    {
         if let Ok([count, sum, ..]) = numbers::<5>(lines, name) {
             let mean = sum / count / ticks_per_instruction(target);
             println!("beside    {what} on {}: {mean:.1} instructions", target.core);
@@ -126,7 +129,9 @@ fn rivals(target: &Target, lines: &BTreeMap<String, Vec<f64>>) {
 
 /// The table, in Markdown.
 pub fn print(rows: &[Row]) {
-    println!("\n| target | configuration | tick, mean | tick, usual | tick, worst | hop | PI tick | text B | RAM B | stack B | panics |");
+    println!(
+        "\n| target | configuration | tick, mean | tick, usual | tick, worst | hop | PI tick | text B | RAM B | stack B | panics |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for r in rows {
         println!(

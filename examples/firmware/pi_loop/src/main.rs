@@ -22,7 +22,8 @@ use scenario::plant::{Plant, Reference};
 
 /// 8 blocks of 50 ticks: a window of 0.4 s at 1 kHz.
 type Monitor<'c> = FullMonitor<'c, f32, 8>;
-const KINDS: [ChannelKind; 3] = [ChannelKind::EnergyError(Index::Iae), ChannelKind::Effort, ChannelKind::Activity];
+const KINDS: [ChannelKind; 3] =
+    [ChannelKind::EnergyError(Index::Iae), ChannelKind::Effort, ChannelKind::Activity];
 const HEALTHY_WINDOWS: u32 = 300;
 
 struct Loop {

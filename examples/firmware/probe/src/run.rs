@@ -35,7 +35,11 @@ impl Tally {
     fn print(&self, name: &str) {
         let mut line = Line::new();
         line.text(name).text(" ").number(TICKS).text(" ").number(self.sum).text(" ").number(self.most);
-        line.text(" ").number(self.usual_least.min(self.usual_most)).text(" ").number(self.usual_most).print();
+        line.text(" ")
+            .number(self.usual_least.min(self.usual_most))
+            .text(" ")
+            .number(self.usual_most)
+            .print();
     }
 }
 

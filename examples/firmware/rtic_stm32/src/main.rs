@@ -11,8 +11,8 @@ mod app {
     use rtic_sync::{channel::*, make_channel};
     use scenario::pi::Pi;
     use scenario::{PAIR_F32, PairF32};
-    use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
     use stm32f4xx_hal::adc::Adc;
+    use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
     use stm32f4xx_hal::gpio::{Analog, Output, PA0, PC13};
     use stm32f4xx_hal::pac::{ADC1, TIM2, TIM3};
     use stm32f4xx_hal::prelude::*;

@@ -57,11 +57,8 @@ pub static PAIR_F32: Config<f32, 1> = pair(125, 16, learnt(0.11, 0.001, 0.01, 2.
 /// 8 blocks of 250 ticks; 1 count is 1/4096 of the range.
 pub static PAIR_I32: Config<i32, 1> =
     pair(250, 8, learnt(0.11, 0.001, 0.01, 2.0, 5.0)).with_units(1.0 / 4096.0, 1.0 / 4096.0);
-const ALL: [Baseline; 3] = [
-    learnt(0.11, 0.001, 0.01, 2.0, 5.0),
-    learnt(0.0, 1.0, 0.05, 1.0, 9.0),
-    learnt(2.0, 0.1, 0.1, 0.5, 3.0),
-];
+const ALL: [Baseline; 3] =
+    [learnt(0.11, 0.001, 0.01, 2.0, 5.0), learnt(0.0, 1.0, 0.05, 1.0, 9.0), learnt(2.0, 0.1, 0.1, 0.5, 3.0)];
 /// 8 blocks of 250 ticks.
 pub static ALL_F32: Config<f32, 3> = all(250, 8, ALL);
 /// 4 blocks of 500 ticks.

@@ -5,7 +5,7 @@
 use core::hint::black_box;
 
 use drift_core::Report;
-use scenario::{AllF32, ALL_F32};
+use scenario::{ALL_F32, AllF32};
 
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]

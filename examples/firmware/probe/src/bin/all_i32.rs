@@ -5,7 +5,7 @@
 use core::hint::black_box;
 
 use drift_core::Report;
-use scenario::{AllI32, ALL_I32};
+use scenario::{ALL_I32, AllI32};
 
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]

@@ -5,7 +5,7 @@
 use core::hint::black_box;
 
 use drift_core::Report;
-use scenario::{PairF32, PAIR_F32};
+use scenario::{PAIR_F32, PairF32};
 
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]

@@ -5,7 +5,7 @@
 use core::hint::black_box;
 
 use drift_core::Report;
-use scenario::{PairI32, PAIR_I32};
+use scenario::{PAIR_I32, PairI32};
 
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]

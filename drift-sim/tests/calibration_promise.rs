@@ -111,7 +111,8 @@ impl Case {
         let model = Loop::parse(self.file, "case.toml").unwrap();
         let mut simulation = Simulation::new(&model, seed).unwrap();
         let mut reference = Reference::random(self.mean, self.sd, self.hold_ticks, seed);
-        let settle = 2 * self.window_ticks;
+        // Between two steps of r: the activity knows nothing of a step that came with a recording's first sample.
+        let settle = 5 * self.window_ticks + self.hold_ticks as usize / 2;
         let ticks = windows * self.window_ticks;
         let mut run = Run {
             r: Vec::with_capacity(ticks),

@@ -12,8 +12,8 @@ const MOST_OF_K: f64 = 0.6;
 const SIGMA: f64 = 8.0;
 /// Margin of the tails, as a marginal's c3, times the windows' worth for the variance.
 const TAIL: f64 = 2.0;
-/// Logarithm of the run length's margin, times the same.
-const RUN_LENGTH: f64 = 110.0;
+/// Root of the logarithm of the run length's margin, times the same.
+const RUN_LENGTH: f64 = 150.0;
 /// Its most: beyond, the windows are too few and the warning says so.
 const MOST_RUN_LENGTH: f64 = 20.0;
 /// Worth of fewer windows is taken for this: a smaller one is an estimate of nothing.
@@ -57,7 +57,8 @@ impl Caution {
 
     /// The run length to design for, over the wanted one.
     pub(super) fn run_length_factor(&self) -> f64 {
-        libm::exp(self.weight * RUN_LENGTH / self.worth).min(MOST_RUN_LENGTH)
+        let share = RUN_LENGTH / self.worth;
+        libm::exp(self.weight * share * share).min(MOST_RUN_LENGTH)
     }
 
     /// Of a channel with so many independent windows for its mean.
@@ -78,7 +79,9 @@ mod tests {
 
     #[test]
     fn the_caution_falls_with_the_windows_and_never_diverges() {
-        let at = |worth: f64| (Caution::new(worth, 0.9).run_length_factor(), Caution::new(worth, 0.9).margin(0.5, worth));
+        let at = |worth: f64| {
+            (Caution::new(worth, 0.9).run_length_factor(), Caution::new(worth, 0.9).margin(0.5, worth))
+        };
         let (few, many) = (at(200.0), at(2000.0));
         assert!(few.0 > many.0 && few.1.mean > many.1.mean && few.1.tail > many.1.tail);
         assert!(many.0 < 1.1 && many.1.mean < 0.01 && many.1.sigma < 1.01);

@@ -33,8 +33,8 @@ use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samp
 use crate::recording::{Recording, RowState};
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
-use regression::Fit;
 pub use promise::Cost;
+use regression::Fit;
 pub use thresholds::DetectorChoice;
 pub use warnings::FEW_WINDOWS;
 pub use windows::WindowRow;
@@ -308,11 +308,7 @@ fn unlearned(files: Vec<String>, options: &Options, timing: Timing) -> Result<Ba
         },
         decision: Decision { confirm_hops: options.confirm_hops, ..Decision::DEFAULT },
         promise: None,
-        calibration: Provenance {
-            files,
-            windows: 0,
-            effective_windows: 0.0,
-        },
+        calibration: Provenance { files, windows: 0, effective_windows: 0.0 },
         channels: kinds.map(ChannelEntry::unlearned),
     };
     file.config()?;

@@ -53,10 +53,8 @@ pub(super) fn set_thresholds(
     let (choice, k) = (options.detectors, options.k);
     let caution = caution::Caution::new(worth, options.confidence);
     let designed = decisions * caution.run_length_factor();
-    let margins: Vec<caution::Margin> =
-        channels.iter().map(|c| caution.margin(k, c.n_effective)).collect();
-    let simulated =
-        thresholds::Simulated::new(&process, choice, k, options.simulated_decisions, &margins);
+    let margins: Vec<caution::Margin> = channels.iter().map(|c| caution.margin(k, c.n_effective)).collect();
+    let simulated = thresholds::Simulated::new(&process, choice, k, options.simulated_decisions, &margins);
     let detectors = simulated.detectors(designed);
     let exact = simulated.exact(decisions);
     for (channel, detectors) in channels.iter_mut().zip(&detectors) {

@@ -270,7 +270,8 @@ mod tests {
     fn shewhart_alone_is_the_normal_quantile() {
         let process = independent();
         let choice = DetectorChoice { shewhart: true, cusum: false, sprt: false };
-        let limits = Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(370.4)[0].shewhart.unwrap();
+        let limits =
+            Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(370.4)[0].shewhart.unwrap();
         assert!((f64::from(limits.upper) - 3.0).abs() < 0.02 && (limits.upper + limits.lower).abs() < 1e-5);
     }
 
@@ -279,7 +280,8 @@ mod tests {
     fn sprt_alone() {
         let process = independent();
         let choice = DetectorChoice { shewhart: false, cusum: false, sprt: true };
-        let found = Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(500.0)[0].sprt.unwrap();
+        let found =
+            Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(500.0)[0].sprt.unwrap();
         let alternative = design::Alternative::new(1.0, 1.0).unwrap();
         let exact = design::Sprt::new(alternative, SPRT_LOWER, f64::from(found.upper)).unwrap();
         let realised = exact.two_sided_arl(0.0, 1.0);

@@ -55,9 +55,8 @@ pub(super) fn collect(recordings: &[Signals<'_>], file: &BaselineFile) -> Result
 
 impl Windows {
     pub(super) fn of(rows: Vec<WindowRow>) -> Self {
-        let follows = |a: &WindowRow, b: &WindowRow| {
-            a.recording == b.recording && a.hop.checked_add(1) == Some(b.hop)
-        };
+        let follows =
+            |a: &WindowRow, b: &WindowRow| a.recording == b.recording && a.hop.checked_add(1) == Some(b.hop);
         let mut start = 0;
         let stretch = |run: &[WindowRow]| {
             let range = start..start + run.len();

@@ -9,6 +9,8 @@ use crate::baseline_file::BaselineFile;
 pub const FEW_WINDOWS: f64 = 200.0;
 /// Lag-1 correlation from which there is a warning.
 const NOTABLE_CORRELATION: f64 = 0.1;
+/// Distance from the line, in sigmas of the other windows, from which there is a warning.
+const OUTLIER: f64 = 10.0;
 /// Skewness from which there is a warning.
 const NOTABLE_SKEWNESS: f64 = 0.5;
 
@@ -49,6 +51,12 @@ pub(super) fn collect(
     }
     for channel in channels {
         let name = channel.kind.name();
+        if let Some((window, sigmas)) = farthest(channel).filter(|(_, sigmas)| *sigmas > OUTLIER) {
+            said.push(format!(
+                "{name}: healthy window {} lies {sigmas:.0} of the others' sigmas off the line: it widens the thresholds; was it healthy, or does a recording begin with a step?",
+                window + 1
+            ));
+        }
         if channel.lag1.abs() > NOTABLE_CORRELATION {
             said.push(format!(
                 "{name}: neighbouring residuals correlate by {:.2}; the thresholds allow for it",
@@ -63,4 +71,12 @@ pub(super) fn collect(
         }
     }
     said
+}
+
+/// The window farthest off the line, and how far in sigmas of the others.
+fn farthest(channel: &ChannelFit) -> Option<(usize, f64)> {
+    let squares = || channel.fit.residuals.iter().map(|e| e * e);
+    let (window, most) = squares().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let others = (squares().sum::<f64>() - most) / (channel.fit.n as f64 - 1.0);
+    (others > 0.0).then(|| (window, (most / others).sqrt()))
 }

@@ -132,7 +132,8 @@ mod tests {
         for p in [1e-3, 1e-4, 1e-5] {
             let upper = (law.inverse_cdf(1.0 - p) - 60.0) / 120f64.sqrt();
             let lower = (law.inverse_cdf(p) - 60.0) / 120f64.sqrt();
-            assert!((fitted.above(upper) / p - 1.0).abs() < 0.1, "{p}: {}", fitted.above(upper));
+            // A little heavier than the law: c3 is drawn to the usual one.
+            assert!((fitted.above(upper) / p - 1.0).abs() < 0.12, "{p}: {}", fitted.above(upper));
             assert!((fitted.below(lower) / p - 1.0).abs() < 0.15, "{p}: {}", fitted.below(lower));
         }
     }

@@ -134,7 +134,7 @@ mod tests {
             let lower = (law.inverse_cdf(p) - 60.0) / 120f64.sqrt();
             // A little heavier than the law: c3 is drawn to the usual one.
             assert!((fitted.above(upper) / p - 1.0).abs() < 0.12, "{p}: {}", fitted.above(upper));
-            assert!((fitted.below(lower) / p - 1.0).abs() < 0.15, "{p}: {}", fitted.below(lower));
+            assert!((fitted.below(lower) / p - 1.0).abs() < 0.25, "{p}: {}", fitted.below(lower));
         }
     }
 

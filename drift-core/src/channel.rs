@@ -3,7 +3,7 @@
 
 use crate::detector::{Alarms, DetectorStates, Detectors};
 use crate::index::{Index, Indices};
-use crate::line_fit::LineFit;
+use crate::line_fit::Line;
 use crate::math;
 use crate::store::Fingerprint;
 
@@ -175,10 +175,10 @@ pub enum Moved {
 
 impl Moved {
     /// `shift`: mean distance from the baseline at the windows seen; `tilt`: change of slope.
-    fn judge(fit: &LineFit, baseline: &Baseline, shift: f32, tilt: f32) -> Self {
+    fn judge(fit: &Line, windows: u32, baseline: &Baseline, shift: f32, tilt: f32) -> Self {
         let variance = baseline.sigma * baseline.sigma;
         // Nine times the variance on the right of each comparison: three standard errors without a square root.
-        let mut shift_variance = variance / fit.windows().max(1) as f32;
+        let mut shift_variance = variance / windows.max(1) as f32;
         if baseline.windows > 0.0 {
             shift_variance += variance / baseline.windows;
         }
@@ -186,7 +186,7 @@ impl Moved {
         if baseline.x_ss > 0.0 {
             tilt_variance += variance / baseline.x_ss;
         }
-        let tilted = fit.windows() > 2 && tilt * tilt > 9.0 * tilt_variance;
+        let tilted = windows > 2 && tilt * tilt > 9.0 * tilt_variance;
         if !tilted {
             let lifted = shift * shift > 9.0 * shift_variance;
             return if lifted { Self::Intercept } else { Self::Undecided };
@@ -216,11 +216,12 @@ pub struct FaultCurve {
 }
 
 impl FaultCurve {
-    pub(crate) fn of(fit: &LineFit, baseline: &Baseline) -> Self {
+    pub(crate) fn of((fit, windows): (&Line, u32), baseline: &Baseline) -> Self {
         let shift = baseline.residual(fit.x_mean(), fit.value_mean());
-        let (b0, b1) = (fit.b0(), fit.b1());
-        let moved = Moved::judge(fit, baseline, shift, b1 - baseline.b1);
-        Self { b0, b1, shift, windows: fit.windows(), moved }
+        let b1 = fit.b1(windows);
+        let b0 = fit.value_mean() - b1 * fit.x_mean();
+        let moved = Moved::judge(fit, windows, baseline, shift, b1 - baseline.b1);
+        Self { b0, b1, shift, windows, moved }
     }
 }
 

@@ -11,7 +11,7 @@
 //! have passed; before that, nothing can be told from a disturbance of that length.
 
 use crate::detector::Side;
-use crate::line_fit::{FIT_BYTES, LineFit};
+use crate::line_fit::{LINE_BYTES, Line};
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -77,18 +77,19 @@ enum Phase {
 }
 
 /// Saved bytes of one course.
-pub(crate) const COURSE_BYTES: usize = 14 + FIT_BYTES;
+pub(crate) const COURSE_BYTES: usize = 14 + LINE_BYTES;
 
 /// The course of one channel since its last alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Course {
     phase: Phase,
     side: Side,
+    /// Decisions since the alarm, as far as 65535: later windows are then learnt with that one's weight.
     hops: u16,
     hops_away: u16,
     mean_away: f32,
     evidence: f32,
-    since: LineFit,
+    since: Line,
 }
 
 impl Course {
@@ -99,7 +100,7 @@ impl Course {
         hops_away: 0,
         mean_away: 0.0,
         evidence: 0.0,
-        since: LineFit::EMPTY,
+        since: Line::EMPTY,
     };
 
     /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates.
@@ -113,9 +114,11 @@ impl Course {
     ) -> Verdict {
         if self.phase == Phase::Healthy {
             let Some(side) = alarm else { return Verdict::Healthy };
-            *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
+            // Nothing else needs to be set: a course that ended was forgotten as a whole.
+            (self.phase, self.side) = (Phase::Suspect, side);
         }
-        self.since.add_without_scatter(x, value);
+        self.hops = self.hops.saturating_add(1);
+        self.since.add(u32::from(self.hops), x, value);
         self.weigh(decision, self.side.sign() * z);
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;
@@ -129,7 +132,6 @@ impl Course {
     }
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
-        self.hops = self.hops.saturating_add(1);
         let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
         let most = 0.5 * decision.log_odds;
         // `clamp` would keep a path to a panic in the image.
@@ -169,13 +171,14 @@ impl Course {
         (self.phase != Phase::Healthy).then_some(self.side)
     }
 
-    /// The windows since the alarm, once the drift is confirmed.
-    pub(crate) fn drifted(&self) -> Option<&LineFit> {
-        (self.phase == Phase::Drift).then_some(&self.since)
+    /// The line of the windows since the alarm and their number, once the drift is confirmed.
+    pub(crate) fn drifted(&self) -> Option<(&Line, u32)> {
+        (self.phase == Phase::Drift).then_some((&self.since, u32::from(self.hops)))
     }
 
     pub(crate) fn possible(&self, decision: &Decision) -> bool {
-        self.evidence.abs() <= decision.log_odds && self.since.possible()
+        let forgotten = self.phase != Phase::Healthy || *self == Self::HEALTHY;
+        forgotten && self.evidence.abs() <= decision.log_odds && self.since.possible()
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
@@ -205,7 +208,7 @@ impl Course {
             hops_away: from.u16()?,
             mean_away: from.f32()?,
             evidence: from.f32()?,
-            since: LineFit::read(from)?,
+            since: Line::read(from)?,
         })
     }
 }

@@ -10,6 +10,8 @@ use crate::store::{Reader, Writer};
 
 /// Sums of one error index over one block.
 pub trait ErrorSums<N: Number>: Copy + core::fmt::Debug {
+    /// What gaps need to be known.
+    type Trace: Trace<N>;
     /// No tick yet.
     const EMPTY: Self;
     /// The longest block that can't overflow, ticks.
@@ -30,6 +32,106 @@ pub trait ErrorSums<N: Number>: Copy + core::fmt::Debug {
     fn read(from: &mut Reader<'_>) -> Option<Self>;
 }
 
+/// What the open block's gaps and the readings before mean to sums that are weighted with time or made of
+/// differences. Plain sums remember none of it.
+pub trait Trace<N: Number>: Copy + core::fmt::Debug {
+    /// Nothing seen.
+    const START: Self;
+    /// Saved bytes.
+    const BYTES: usize;
+    /// Measured output one tick earlier.
+    fn y_before(&self) -> N;
+    /// The same, for the next tick.
+    fn remember(&mut self, y: N);
+    /// A tick of the block is left out.
+    fn leave_out(&mut self, tick_in_block: u16);
+    /// A valid tick's predecessor is not known.
+    fn unpair(&mut self);
+    /// The next block begins.
+    fn start_block(&mut self);
+    /// The sum of the positions in the block of the ticks left out.
+    fn time_left_out(&self) -> u32;
+    /// Valid ticks of the block whose predecessor is not known.
+    fn unpaired(&self) -> u16;
+    /// Saves.
+    fn write(&self, to: &mut Writer<'_>);
+    /// Restores.
+    fn read(from: &mut Reader<'_>) -> Option<Self>;
+}
+
+/// For plain sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoTrace;
+
+/// For all others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WholeTrace<N: Number> {
+    y_before: N,
+    time_left_out: u32,
+    unpaired: u16,
+}
+
+impl<N: Number> Trace<N> for NoTrace {
+    const START: Self = Self;
+    const BYTES: usize = 0;
+    #[inline(always)]
+    fn y_before(&self) -> N {
+        N::ZERO
+    }
+    #[inline(always)]
+    fn remember(&mut self, _: N) {}
+    fn leave_out(&mut self, _: u16) {}
+    fn unpair(&mut self) {}
+    fn start_block(&mut self) {}
+    fn time_left_out(&self) -> u32 {
+        0
+    }
+    fn unpaired(&self) -> u16 {
+        0
+    }
+    fn write(&self, _: &mut Writer<'_>) {}
+    fn read(_: &mut Reader<'_>) -> Option<Self> {
+        Some(Self)
+    }
+}
+
+impl<N: Number> Trace<N> for WholeTrace<N> {
+    const START: Self = Self { y_before: N::ZERO, time_left_out: 0, unpaired: 0 };
+    const BYTES: usize = 10;
+    #[inline(always)]
+    fn y_before(&self) -> N {
+        self.y_before
+    }
+    #[inline(always)]
+    fn remember(&mut self, y: N) {
+        self.y_before = y;
+    }
+    fn leave_out(&mut self, tick_in_block: u16) {
+        self.time_left_out += u32::from(tick_in_block);
+    }
+    fn unpair(&mut self) {
+        self.unpaired += 1;
+    }
+    fn start_block(&mut self) {
+        self.time_left_out = 0;
+        self.unpaired = 0;
+    }
+    fn time_left_out(&self) -> u32 {
+        self.time_left_out
+    }
+    fn unpaired(&self) -> u16 {
+        self.unpaired
+    }
+    fn write(&self, to: &mut Writer<'_>) {
+        to.u32(self.y_before.to_word());
+        to.u32(self.time_left_out);
+        to.u16(self.unpaired);
+    }
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self { y_before: N::from_word(from.u32()?), time_left_out: from.u32()?, unpaired: from.u16()? })
+    }
+}
+
 /// For IAE and ISE.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plain<N: Number> {
@@ -47,6 +149,7 @@ pub struct Weighted<N: Number> {
 }
 
 impl<N: Number> ErrorSums<N> for Plain<N> {
+    type Trace = NoTrace;
     const EMPTY: Self = Self { sum: N::NOTHING };
     const MAX_BLOCK_TICKS: u32 = u16::MAX as u32;
 
@@ -84,6 +187,7 @@ impl<N: Number> Weighted<N> {
 }
 
 impl<N: Number> ErrorSums<N> for Weighted<N> {
+    type Trace = WholeTrace<N>;
     const EMPTY: Self = Self { plain: Plain::EMPTY, weighted: N::NOTHING };
     const MAX_BLOCK_TICKS: u32 = N::MAX_BLOCK_TICKS_WEIGHTED;
 

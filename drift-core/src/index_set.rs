@@ -3,7 +3,7 @@
 
 use core::marker::PhantomData;
 
-use crate::error_sums::{ErrorSums, Plain, Weighted};
+use crate::error_sums::{ErrorSums, Plain, Trace, Weighted, WholeTrace};
 use crate::index::{Index, Indices};
 use crate::number::Number;
 use crate::store::{Reader, Writer};
@@ -72,6 +72,8 @@ impl Scale {
 pub trait IndexSet<N: Number>: sealed::Sealed {
     /// The sums over one block.
     type Block: Copy + core::fmt::Debug;
+    /// What gaps and differences need to be known besides.
+    type Trace: Trace<N>;
     /// No tick yet.
     const EMPTY: Self::Block;
     /// The longest block whose sums can't overflow, ticks.
@@ -90,6 +92,10 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     fn pass(block: &mut Self::Block);
     /// As if the ticks left out had shown the mean of the valid ones.
     fn extrapolate(block: &mut Self::Block, coverage: &Coverage);
+    /// Marks a block that has too few valid ticks: its energy is negative, which no sum of squares is.
+    fn strike(block: &mut Self::Block);
+    /// Whether it is marked so.
+    fn is_struck(block: &Self::Block) -> bool;
     /// Zero in the indices that are kept.
     fn begin(total: &mut Indices);
     /// Adds a block that begins `offset_ticks` into the window.
@@ -152,6 +158,7 @@ impl<J: ErrorIndex> sealed::Sealed for Pair<J> {}
 
 impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
     type Block = PairBlock<N::Sum, J::Sums<N>>;
+    type Trace = <J::Sums<N> as ErrorSums<N>>::Trace;
     const EMPTY: Self::Block = PairBlock { energy: N::NOTHING, error: J::Sums::EMPTY };
     const MAX_BLOCK_TICKS: u32 = J::Sums::<N>::MAX_BLOCK_TICKS;
     const KEEPS_EFFORT: bool = false;
@@ -176,6 +183,12 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
     fn extrapolate(block: &mut Self::Block, coverage: &Coverage) {
         block.energy = N::extrapolate(block.energy, coverage.valid, coverage.whole);
         block.error.extrapolate(coverage);
+    }
+    fn strike(block: &mut Self::Block) {
+        block.energy = N::STRUCK;
+    }
+    fn is_struck(block: &Self::Block) -> bool {
+        N::is_negative(block.energy)
     }
     fn begin(total: &mut Indices) {
         total.e_u = 0.0;
@@ -224,6 +237,7 @@ impl sealed::Sealed for Full {}
 
 impl<N: Number> IndexSet<N> for Full {
     type Block = FullBlock<N>;
+    type Trace = WholeTrace<N>;
     const EMPTY: FullBlock<N> = FullBlock {
         energy: N::NOTHING,
         absolute: Weighted::EMPTY,
@@ -296,6 +310,12 @@ impl<N: Number> IndexSet<N> for Full {
         for sum in [&mut block.reference_step_square, &mut block.motion_effort, &mut block.travel] {
             *sum = N::extrapolate(*sum, coverage.paired, coverage.whole);
         }
+    }
+    fn strike(block: &mut Self::Block) {
+        block.energy = N::STRUCK;
+    }
+    fn is_struck(block: &Self::Block) -> bool {
+        N::is_negative(block.energy)
     }
     fn begin(total: &mut Indices) {
         *total = Indices {

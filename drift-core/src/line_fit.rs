@@ -8,6 +8,8 @@ use crate::store::{Reader, Writer};
 
 /// Saved bytes of one fit.
 pub(crate) const FIT_BYTES: usize = 24;
+/// Saved bytes of a line alone.
+pub(crate) const LINE_BYTES: usize = 16;
 /// Beyond this the next window's weight is lost to rounding.
 const MOST_WINDOWS: u32 = 1 << 24;
 
@@ -16,45 +18,102 @@ const MOST_WINDOWS: u32 = 1 << 24;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineFit {
     windows: u32,
+    line: Line,
+    residual_ss: f32,
+}
+
+/// The line alone, for one who counts the windows anyhow and does not ask for their scatter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Line {
     x_mean: f32,
     value_mean: f32,
     x_ss: f32,
     x_value_ss: f32,
-    residual_ss: f32,
 }
 
-impl LineFit {
-    /// No window yet.
-    pub const EMPTY: Self =
-        Self { windows: 0, x_mean: 0.0, value_mean: 0.0, x_ss: 0.0, x_value_ss: 0.0, residual_ss: 0.0 };
+impl Line {
+    pub(crate) const EMPTY: Self = Self { x_mean: 0.0, value_mean: 0.0, x_ss: 0.0, x_value_ss: 0.0 };
 
-    /// Adds a window. What would overflow is passed over; at 2^24 windows it stops learning.
-    pub fn add(&mut self, x: f32, value: f32) {
+    /// Adds a window as the `windows`th. What would overflow is passed over.
+    pub(crate) fn add(&mut self, windows: u32, x: f32, value: f32) {
         let mut next = *self;
-        next.residual_ss += next.prediction_error_square(x - next.x_mean, value - next.value_mean);
-        next.learn(x, value);
-        if next.windows <= MOST_WINDOWS && next.finite() {
+        next.learn(windows, x, value);
+        if next.finite() {
             *self = next;
         }
     }
 
-    /// As [`LineFit::add`] for one who asks for the line alone: three divisions less.
-    pub(crate) fn add_without_scatter(&mut self, x: f32, value: f32) {
-        let mut next = *self;
-        next.learn(x, value);
-        if next.windows <= MOST_WINDOWS && next.finite() {
-            *self = next;
-        }
-    }
-
-    fn learn(&mut self, x: f32, value: f32) {
+    fn learn(&mut self, windows: u32, x: f32, value: f32) {
         let (dx, dv) = (x - self.x_mean, value - self.value_mean);
-        self.windows += 1;
-        let weight = 1.0 / self.windows as f32;
+        let weight = 1.0 / windows as f32;
         self.x_mean += dx * weight;
         self.value_mean += dv * weight;
         self.x_ss += dx * (x - self.x_mean);
         self.x_value_ss += dx * (value - self.value_mean);
+    }
+
+    const fn words(&self) -> [f32; 4] {
+        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss]
+    }
+
+    fn finite(&self) -> bool {
+        self.words().iter().all(|w| w.is_finite())
+    }
+
+    fn x_varies(&self, windows: u32) -> bool {
+        let rounding = 1e-6 * self.x_mean;
+        self.x_ss > windows as f32 * rounding * rounding
+    }
+
+    pub(crate) const fn x_mean(&self) -> f32 {
+        self.x_mean
+    }
+
+    pub(crate) const fn value_mean(&self) -> f32 {
+        self.value_mean
+    }
+
+    pub(crate) const fn x_ss(&self) -> f32 {
+        self.x_ss
+    }
+
+    /// Slope; zero while x has not varied beyond its own rounding.
+    pub(crate) fn b1(&self, windows: u32) -> f32 {
+        if self.x_varies(windows) { self.x_value_ss / self.x_ss } else { 0.0 }
+    }
+
+    pub(crate) fn possible(&self) -> bool {
+        self.finite() && self.x_ss >= 0.0
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        self.words().into_iter().for_each(|w| to.f32(w));
+    }
+
+    pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self {
+            x_mean: from.f32()?,
+            value_mean: from.f32()?,
+            x_ss: from.f32()?,
+            x_value_ss: from.f32()?,
+        })
+    }
+}
+
+impl LineFit {
+    /// No window yet.
+    pub const EMPTY: Self = Self { windows: 0, line: Line::EMPTY, residual_ss: 0.0 };
+
+    /// Adds a window. What would overflow is passed over; at 2^24 windows it stops learning.
+    pub fn add(&mut self, x: f32, value: f32) {
+        let mut next = *self;
+        next.residual_ss += next.prediction_error_square(x - next.line.x_mean, value - next.line.value_mean);
+        next.windows += 1;
+        next.line.learn(next.windows, x, value);
+        if next.windows <= MOST_WINDOWS && next.finite() {
+            *self = next;
+        }
     }
 
     /// What a window adds to the residual sum of squares: its distance from the line so far, over the variance of
@@ -66,29 +125,22 @@ impl LineFit {
         }
         let mut variance = 1.0 + 1.0 / self.windows as f32;
         let mut error = dv;
-        if self.x_varies() {
-            error -= self.x_value_ss / self.x_ss * dx;
-            variance += dx * (dx / self.x_ss);
-        } else if dx.abs() > 1e-6 * self.x_mean.abs() {
+        if self.line.x_varies(self.windows) {
+            error -= self.line.x_value_ss / self.line.x_ss * dx;
+            variance += dx * (dx / self.line.x_ss);
+        } else if dx.abs() > 1e-6 * self.line.x_mean.abs() {
             // The first other x: the line goes right through.
             return 0.0;
         }
         error * error / variance
     }
 
-    fn x_varies(&self) -> bool {
-        let rounding = 1e-6 * self.x_mean;
-        self.x_ss > self.windows as f32 * rounding * rounding
-    }
-
     fn finite(&self) -> bool {
-        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss, self.residual_ss]
-            .iter()
-            .all(|w| w.is_finite())
+        self.line.finite() && self.residual_ss.is_finite()
     }
 
     pub(crate) fn possible(&self) -> bool {
-        self.windows <= MOST_WINDOWS && self.finite() && self.x_ss >= 0.0 && self.residual_ss >= 0.0
+        self.windows <= MOST_WINDOWS && self.finite() && self.line.x_ss >= 0.0 && self.residual_ss >= 0.0
     }
 
     /// Windows so far.
@@ -98,27 +150,27 @@ impl LineFit {
 
     /// Mean of x.
     pub const fn x_mean(&self) -> f32 {
-        self.x_mean
+        self.line.x_mean
     }
 
     /// Mean of the value.
     pub const fn value_mean(&self) -> f32 {
-        self.value_mean
+        self.line.value_mean
     }
 
     /// Sum of squared deviations of x.
     pub const fn x_ss(&self) -> f32 {
-        self.x_ss
+        self.line.x_ss
     }
 
     /// Slope; zero while x has not varied beyond its own rounding.
     pub fn b1(&self) -> f32 {
-        if self.x_varies() { self.x_value_ss / self.x_ss } else { 0.0 }
+        self.line.b1(self.windows)
     }
 
     /// Intercept.
     pub fn b0(&self) -> f32 {
-        self.value_mean - self.b1() * self.x_mean
+        self.line.value_mean - self.b1() * self.line.x_mean
     }
 
     /// Residual variance with n - 2 degrees of freedom; zero below three windows. Scatter below about 1e-6 of the
@@ -132,20 +184,12 @@ impl LineFit {
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.u32(self.windows);
-        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss, self.residual_ss]
-            .into_iter()
-            .for_each(|w| to.f32(w));
+        self.line.write(to);
+        to.f32(self.residual_ss);
     }
 
     pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
-        Some(Self {
-            windows: from.u32()?,
-            x_mean: from.f32()?,
-            value_mean: from.f32()?,
-            x_ss: from.f32()?,
-            x_value_ss: from.f32()?,
-            residual_ss: from.f32()?,
-        })
+        Some(Self { windows: from.u32()?, line: Line::read(from)?, residual_ss: from.f32()? })
     }
 }
 

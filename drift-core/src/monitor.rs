@@ -5,12 +5,11 @@
 //! as after the first window. Within a block, strips of about the square root of its length are summed apart and
 //! then joined, so that a long block of small samples does not round more than a short one.
 
-use heapless::Vec;
-
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Config, ConfigError};
 use crate::course::{COURSE_BYTES, Course, Decision, Verdict};
 use crate::detector::{Alarms, DETECTOR_BYTES, DetectorStates};
+use crate::error_sums::Trace;
 use crate::index::Indices;
 use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
 use crate::number::Number;
@@ -19,7 +18,7 @@ use crate::sample::{Excluded, Exclusion, Input};
 use crate::store::{CHECKSUM_BYTES, HEADER_BYTES, Owner, Reader, StateError, Writer};
 
 /// Saved numbers besides header, blocks and channels.
-const FIXED_BYTES: usize = 51;
+const FIXED_BYTES: usize = 32;
 
 /// What one channel remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,28 +49,22 @@ pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize
     /// The open block's last few ticks, not yet joined.
     strip: S::Block,
     tick_in_block: u16,
-    /// Ticks in the block at which the strip, or the block, ends.
-    strip_end: u16,
-    /// The next tick needs no closer look unless its sample is bad: the readings before are known, there are no
-    /// limits and no blanking.
-    usual: bool,
-    /// Closed blocks; once it is full, `oldest` is overwritten. (heapless' own history buffer indexes with a bounds
-    /// check, and with it a panic, that the compiler can't remove.)
-    ring: Vec<S::Block, B, u8>,
-    oldest: u8,
-    /// Bit i: the i-th newest block in the ring had enough valid ticks.
-    valid_blocks: u64,
-    open: S::Block,
-    /// Ticks left out of the open block so far, and the sum of their positions in it.
+    /// The tick of the block that needs a closer look than the usual one: the last of a strip or, unless the readings
+    /// before are known and there are neither limits nor blanking, the next. Counted from 1.
+    look_at: u16,
+    /// The open block at place `open`, and round the end the closed ones, the newest before it: the block that a
+    /// closed one would push out is not needed once the next is open.
+    ring: [S::Block; B],
+    open: u8,
+    /// Newest closed blocks in a row that had enough valid ticks, as far as 255.
+    whole_run: u8,
+    /// Ticks left out of the open block so far.
     left_out: u16,
-    time_left_out: u32,
-    /// Valid ticks of the open block whose predecessor is not known.
-    unpaired: u16,
+    trace: S::Trace,
     blocks_to_hop: u16,
     link: Link,
     blank_ticks: u32,
     r_before: N,
-    y_before: N,
     excluded: Excluded,
     hop: u32,
     channels: [ChannelState; C],
@@ -87,7 +80,8 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// Bytes that [`Monitor::save`] needs at most.
     pub const STATE_BYTES: usize = HEADER_BYTES
         + FIXED_BYTES
-        + (B + 2) * size_of::<S::Block>()
+        + (B + 1) * size_of::<S::Block>()
+        + <S::Trace as Trace<N>>::BYTES
         + C * (DETECTOR_BYTES + COURSE_BYTES)
         + CHECKSUM_BYTES;
 
@@ -110,22 +104,18 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         config.validate::<S>(B)?;
         Ok(Self {
             config,
-            ring: Vec::new(),
-            oldest: 0,
-            valid_blocks: 0,
-            open: S::EMPTY,
+            ring: [S::EMPTY; B],
+            open: 0,
+            whole_run: 0,
             strip: S::EMPTY,
             left_out: 0,
-            time_left_out: 0,
-            unpaired: 0,
+            trace: S::Trace::START,
             tick_in_block: 0,
-            strip_end: Self::strip_end(config, 0),
-            usual: false,
-            blocks_to_hop: config.hop_blocks,
+            look_at: 1,
+            blocks_to_hop: Self::first_hop(config),
             link: Link::None,
             blank_ticks: 0,
             r_before: N::ZERO,
-            y_before: N::ZERO,
             excluded: Excluded::NONE,
             hop: 0,
             channels: config
@@ -145,14 +135,15 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// Besides a hop: adds and compares only, no division, no square root, the same work every tick.
     #[inline(always)]
     pub fn tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
-        // Three comparisons on most ticks; whatever else they can lead to is one call apart.
+        // Two comparisons on most ticks; whatever else they can lead to is one call apart.
         let next = self.tick_in_block.wrapping_add(1);
-        if self.usual && next != self.strip_end && N::surely_admissible(r, y, u) {
+        if next != self.look_at && N::surely_admissible(r, y, u) {
             let tick = u32::from(self.tick_in_block);
             self.tick_in_block = next;
-            let step = Step { r, y, u, r_before: self.r_before, y_before: self.y_before };
+            let step = Step { r, y, u, r_before: self.r_before, y_before: self.trace.y_before() };
             if S::KEEPS_EFFORT {
-                (self.r_before, self.y_before) = (r, y);
+                self.r_before = r;
+                self.trace.remember(y);
             }
             S::add(&mut self.strip, tick, &step);
             return None;
@@ -167,8 +158,6 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             Ok(step) => S::add(&mut self.strip, u32::from(self.tick_in_block), &step),
             Err(why) => self.leave_out(why),
         }
-        let guarded = self.config.saturation.is_some() || self.config.blanking.is_some();
-        self.usual = self.link == Link::Tick && !guarded;
         self.advance()
     }
 
@@ -179,7 +168,6 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             Input::Manual => {
                 // The loop closes again anywhere: a step across the gap is none of its own.
                 self.link = Link::None;
-                self.usual = false;
                 self.blank_ticks = self.blank_ticks.saturating_sub(1);
                 self.leave_out(Exclusion::Manual);
                 self.advance()
@@ -209,13 +197,12 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
-        self.ring.clear();
-        self.oldest = 0;
-        self.valid_blocks = 0;
+        self.ring = [S::EMPTY; B];
+        self.whole_run = 0;
         self.start_block();
-        self.blocks_to_hop = self.config.hop_blocks;
+        self.look_at = 1;
+        self.blocks_to_hop = Self::first_hop(self.config);
         self.link = Link::None;
-        self.usual = false;
         self.blank_ticks = 0;
         self.excluded = Excluded::NONE;
     }
@@ -232,8 +219,9 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             self.miss();
             return Err(refusal(r, y, u));
         }
-        let (link, mut r_before, mut y_before) = (self.link, self.r_before, self.y_before);
-        (self.link, self.r_before, self.y_before) = (Link::Tick, r, y);
+        let (link, mut r_before, mut y_before) = (self.link, self.r_before, self.trace.y_before());
+        (self.link, self.r_before) = (Link::Tick, r);
+        self.trace.remember(y);
         if link == Link::None {
             r_before = r;
         }
@@ -251,14 +239,13 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         }
         if link != Link::Tick {
             (r_before, y_before) = (r, y);
-            self.unpaired += 1;
+            self.trace.unpair();
         }
         Ok(Step { r, y, u, r_before, y_before })
     }
 
     /// A tick without a usable sample: time passes.
     fn miss(&mut self) {
-        self.usual = false;
         if self.link == Link::Tick {
             self.link = Link::Gap;
         }
@@ -268,161 +255,166 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     fn leave_out(&mut self, why: Exclusion) {
         self.excluded.count(why);
         self.left_out += 1;
-        self.time_left_out += u32::from(self.tick_in_block);
+        self.trace.leave_out(self.tick_in_block);
         S::pass(&mut self.strip);
     }
 
+    /// To the next tick, which may begin a strip or a block.
     fn advance(&mut self) -> Option<Report<C>> {
+        let end = Self::strip_end(self.config, self.tick_in_block);
         self.tick_in_block += 1;
-        if self.tick_in_block != self.strip_end {
-            return None;
+        let ended = self.tick_in_block == end;
+        let closes = u32::from(self.tick_in_block) >= self.config.block_ticks;
+        if ended {
+            self.join_strip();
         }
-        self.join_strip();
-        if u32::from(self.tick_in_block) >= self.config.block_ticks {
-            return self.close_block();
+        if closes {
+            self.tick_in_block = 0;
         }
-        self.strip_end = Self::strip_end(self.config, self.tick_in_block);
-        None
+        let guarded = self.config.saturation.is_some() || self.config.blanking.is_some();
+        let usual = self.link == Link::Tick && !guarded;
+        self.look_at = self.tick_in_block + 1;
+        if usual {
+            self.look_at = Self::strip_end(self.config, self.tick_in_block);
+        }
+        if closes { self.close_block() } else { None }
     }
 
-    /// Where a strip that begins at `tick` ends.
+    /// Where a strip that begins at `tick`, or holds it, ends.
     fn strip_end(config: &Config<N, C>, tick: u16) -> u16 {
         let end = (u32::from(tick) | Self::strip_mask(config.block_ticks)) + 1;
         end.min(config.block_ticks) as u16
     }
 
+    /// Blocks to the first decision: whole hops, and a whole window.
+    fn first_hop(config: &Config<N, C>) -> u16 {
+        let (hop, window) = (config.hop_blocks.max(1), config.window_blocks);
+        hop.saturating_mul(window.div_ceil(hop))
+    }
+
     fn join_strip(&mut self) {
-        S::join(&mut self.open, &self.strip, u32::from(self.tick_in_block));
+        if let Some(open) = self.ring.get_mut(usize::from(self.open)) {
+            S::join(open, &self.strip, u32::from(self.tick_in_block));
+        }
         self.strip = S::EMPTY;
     }
 
+    /// Whatever stood in the open block's place goes.
     fn start_block(&mut self) {
-        self.open = S::EMPTY;
+        if let Some(open) = self.ring.get_mut(usize::from(self.open)) {
+            *open = S::EMPTY;
+        }
         self.strip = S::EMPTY;
         self.left_out = 0;
-        self.time_left_out = 0;
-        self.unpaired = 0;
+        self.trace.start_block();
         self.tick_in_block = 0;
-        self.strip_end = Self::strip_end(self.config, 0);
-    }
-
-    fn store(&mut self, block: S::Block) {
-        let Err(block) = self.ring.push(block) else { return };
-        if let Some(oldest) = self.ring.get_mut(usize::from(self.oldest)) {
-            *oldest = block;
-        }
-        let next = self.oldest.wrapping_add(1);
-        self.oldest = if usize::from(next) < B { next } else { 0 };
-    }
-
-    /// The stored blocks, oldest first.
-    fn stored(&self) -> impl Iterator<Item = &S::Block> {
-        let oldest = usize::from(self.oldest);
-        self.ring.iter().skip(oldest).chain(self.ring.iter().take(oldest))
     }
 
     #[inline(never)]
     fn close_block(&mut self) -> Option<Report<C>> {
-        let whole = self.config.block_ticks;
-        let valid = whole.saturating_sub(u32::from(self.left_out));
-        let paired = valid.saturating_sub(u32::from(self.unpaired));
-        let enough = valid == whole || valid as f32 >= self.config.min_valid * whole as f32;
-        if enough && paired < whole {
-            let coverage = Coverage { whole, valid, paired, time_left_out: self.time_left_out };
-            S::extrapolate(&mut self.open, &coverage);
+        self.whole_run = self.whole_run.saturating_add(1);
+        if self.left_out > 0 || self.trace.unpaired() > 0 {
+            self.make_up();
         }
-        self.store(self.open);
-        self.valid_blocks = (self.valid_blocks << 1) | u64::from(enough);
-        self.start_block();
         self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
         if self.blocks_to_hop > 0 {
+            self.open_next();
             return None;
         }
         self.blocks_to_hop = self.config.hop_blocks;
-        if self.ring.len() < usize::from(self.config.window_blocks) {
-            return None;
-        }
         self.decide()
     }
 
-    #[inline(always)]
-    fn decide(&mut self) -> Option<Report<C>> {
-        let indices = self.window();
-        let (states, config) = (&mut self.channels, self.config);
-        // In its place from the start: the report is copied nowhere.
-        let mut decided = Some(Report {
-            hop: self.hop,
-            status: if indices.is_some() { WindowStatus::Valid } else { WindowStatus::TooFewValid },
-            verdict: Verdict::Healthy,
-            location: Location::Nowhere,
-            channels: core::array::from_fn(|i| match (states.get_mut(i), config.channels.get(i)) {
-                (Some(state), Some(channel)) => state.judge(&config.decision, channel, indices.as_ref()),
-                _ => unjudged(ChannelKind::Effort),
-            }),
-            indices: indices.unwrap_or(Indices::NOT_KEPT),
-            excluded: self.excluded,
-        });
-        if let Some(report) = &mut decided {
-            for channel in &report.channels {
-                report.verdict = report.verdict.max(channel.verdict);
-                report.location = report.location.with(channel);
-            }
+    fn open_next(&mut self) {
+        let next = self.open.wrapping_add(1);
+        self.open = if usize::from(next) < B { next } else { 0 };
+        self.start_block();
+    }
+    /// The open block as if it had no gaps; or leaves it out, if they are too many.
+    fn make_up(&mut self) {
+        let whole = self.config.block_ticks;
+        let valid = whole.saturating_sub(u32::from(self.left_out));
+        let paired = valid.saturating_sub(u32::from(self.trace.unpaired()));
+        let Some(open) = self.ring.get_mut(usize::from(self.open)) else { return };
+        if valid == whole || valid as f32 >= self.config.min_valid * whole as f32 {
+            let coverage = Coverage { whole, valid, paired, time_left_out: self.trace.time_left_out() };
+            S::extrapolate(open, &coverage);
+        } else {
+            S::strike(open);
+            self.whole_run = 0;
         }
-        self.hop = self.hop.wrapping_add(1);
-        self.excluded = Excluded::NONE;
-        decided
     }
 
-    /// Adds the ring up; `None` with too few valid blocks.
-    fn window(&self) -> Option<Indices> {
-        let blocks = u32::from(self.config.window_blocks);
-        let block_is_valid =
-            |place: u32| self.valid_blocks.wrapping_shr(blocks.saturating_sub(1 + place)) & 1 == 1;
-        // The bits of the window's blocks; `blocks` is 1 to 64.
-        let window_bits = self.valid_blocks & (u64::MAX >> (64 - blocks.clamp(1, 64)));
-        let valid = window_bits.count_ones();
-        if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
-            return None;
+    /// Closes the window: judges it, and opens the next block.
+    #[inline(never)]
+    fn decide(&mut self) -> Option<Report<C>> {
+        let config = self.config;
+        let mut indices = Indices::NOT_KEPT;
+        let valid = self.window(&mut indices);
+        let mut channels = config.channels.each_ref().map(|channel| unjudged(channel.kind));
+        let (mut verdict, mut location) = (Verdict::Healthy, Location::Nowhere);
+        for ((state, channel), out) in self.channels.iter_mut().zip(&config.channels).zip(&mut channels) {
+            state.judge(&config.decision, channel, valid.then_some(&indices), out);
+            verdict = verdict.max(out.verdict);
+            location = location.with(out);
         }
+        let (hop, excluded) = (self.hop, self.excluded);
+        self.open_next();
+        self.hop = hop.wrapping_add(1);
+        self.excluded = Excluded::NONE;
+        let status = if valid { WindowStatus::Valid } else { WindowStatus::TooFewValid };
+        // Put together only here: the pieces are short enough to be copied without a call.
+        Some(Report { hop, status, verdict, location, channels, indices, excluded })
+    }
+
+    /// The window's blocks, oldest first: two stretches of the ring.
+    fn window_blocks(&self) -> (&[S::Block], &[S::Block]) {
+        let (end, blocks) = (usize::from(self.open) + 1, usize::from(self.config.window_blocks));
+        let older = self.ring.get((B + end).saturating_sub(blocks)..).unwrap_or(&[]);
+        (older, self.ring.get(end.saturating_sub(blocks)..end).unwrap_or(&[]))
+    }
+
+    /// Adds the window up into `total`; false, and nothing done, with too few valid blocks.
+    #[inline(always)]
+    fn window(&self, total: &mut Indices) -> bool {
+        let blocks = u32::from(self.config.window_blocks);
+        let (older, newer) = self.window_blocks();
         // A block left out is taken as the mean of the valid ones at its own place: `fill` scales the sums, and
         // for those that are weighted with time each valid block also stands at the places left out.
-        let places_left_out: u32 =
-            if valid == blocks { 0 } else { (0..blocks).filter(|&place| !block_is_valid(place)).sum() };
-        let offset_ticks = |place: u32| {
-            let stands_at = if valid == blocks {
-                place as f32
-            } else {
-                (valid * place + places_left_out) as f32 / blocks as f32
-            };
-            stands_at * self.config.block_ticks as f32
-        };
-        let mut total = Indices::NOT_KEPT;
-        S::begin(&mut total);
-        let older = self.ring.len().saturating_sub(blocks as usize);
-        let (newer, oldest) = self.ring.split_at_checked(usize::from(self.oldest)).unwrap_or((&[], &[]));
-        let mut place = 0;
-        let mut skip = older;
-        for part in [oldest, newer] {
+        let (mut valid, mut places_left_out) = (blocks, 0);
+        if u32::from(self.whole_run) < blocks {
+            for (place, block) in older.iter().chain(newer).enumerate() {
+                if S::is_struck(block) {
+                    valid -= 1;
+                    places_left_out += place as u32;
+                }
+            }
+            if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
+                return false;
+            }
+        }
+        S::begin(total);
+        let fill = blocks as f32 / valid as f32;
+        let block_ticks = self.config.block_ticks as f32;
+        let apart_ticks = block_ticks / fill;
+        let mut begins_at = apart_ticks * (places_left_out as f32 / valid as f32);
+        for part in [older, newer] {
             for block in part {
-                if skip > 0 {
-                    skip -= 1;
-                    continue;
+                if !S::is_struck(block) {
+                    S::fold(total, block, begins_at);
                 }
-                if valid == blocks || block_is_valid(place) {
-                    S::fold(&mut total, block, offset_ticks(place));
-                }
-                place += 1;
+                begins_at += apart_ticks;
             }
         }
         let by = Scale {
             tick_s: self.config.sample_time_s,
             y_unit: self.config.y_unit,
             u_unit: self.config.u_unit,
-            per_tick: 1.0 / (valid as f32 * self.config.block_ticks as f32),
-            fill: blocks as f32 / valid as f32,
+            per_tick: 1.0 / (valid as f32 * block_ticks),
+            fill,
         };
-        S::scale(&mut total, &by);
-        Some(total)
+        S::scale(total, &by);
+        true
     }
 
     fn owner(&self) -> Owner {
@@ -441,22 +433,20 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// [`StateError::BufferTooSmall`]; [`Monitor::STATE_BYTES`] always suffice.
     pub fn save(&self, into: &mut [u8]) -> Result<usize, StateError> {
         Writer::envelope(into, self.owner(), |to| {
-            to.u16(self.ring.len() as u16);
-            to.u64(self.valid_blocks);
+            to.u8(self.whole_run);
             to.u16(self.tick_in_block);
             to.u16(self.left_out);
-            to.u32(self.time_left_out);
-            to.u16(self.unpaired);
+            self.trace.write(to);
             to.u16(self.blocks_to_hop);
             to.u32(self.blank_ticks);
             to.u8(self.link as u8);
             to.u32(self.r_before.to_word());
-            to.u32(self.y_before.to_word());
             self.excluded.as_array().into_iter().for_each(|n| to.u16(n));
             to.u32(self.hop);
-            S::write(&self.open, to);
             S::write(&self.strip, to);
-            self.stored().for_each(|block| S::write(block, to));
+            // The oldest first, the open one last: wherever the ring stood, the bytes are the same.
+            let (newer, older) = self.ring.split_at_checked(usize::from(self.open) + 1).unwrap_or_default();
+            older.iter().chain(newer).for_each(|block| S::write(block, to));
             for channel in &self.channels {
                 channel.detectors.write(to);
                 channel.course.write(to);
@@ -481,13 +471,11 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     }
 
     fn read(&mut self, from: &mut Reader<'_>) -> Option<()> {
-        let blocks = usize::from(from.u16()?);
-        self.valid_blocks = from.u64()?;
+        self.whole_run = from.u8()?;
         self.tick_in_block = from.u16()?;
-        self.strip_end = Self::strip_end(self.config, self.tick_in_block);
+        self.look_at = self.tick_in_block.wrapping_add(1);
         self.left_out = from.u16()?;
-        self.time_left_out = from.u32()?;
-        self.unpaired = from.u16()?;
+        self.trace = S::Trace::read(from)?;
         self.blocks_to_hop = from.u16()?;
         self.blank_ticks = from.u32()?;
         self.link = match from.u8()? {
@@ -497,21 +485,17 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             _ => return None,
         };
         self.r_before = N::from_word(from.u32()?);
-        self.y_before = N::from_word(from.u32()?);
         let mut counts = [0u16; 6];
         for count in &mut counts {
             *count = from.u16()?;
         }
         self.excluded = Excluded::from_array(counts);
         self.hop = from.u32()?;
-        self.open = S::read(from)?;
         self.strip = S::read(from)?;
-        if blocks > B {
-            return None;
+        for block in &mut self.ring {
+            *block = S::read(from)?;
         }
-        for _ in 0..blocks {
-            self.store(S::read(from)?);
-        }
+        self.open = (B - 1) as u8;
         for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
             state.detectors =
                 DetectorStates::read(from).filter(|states| channel.detectors.possible(states))?;
@@ -524,12 +508,12 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     fn possible(&self) -> bool {
         let left_out = u32::from(self.left_out);
         u32::from(self.tick_in_block) < self.config.block_ticks
-            && left_out + u32::from(self.unpaired) <= u32::from(self.tick_in_block)
-            && self.time_left_out <= left_out * u32::from(self.tick_in_block)
-            && (1..=self.config.hop_blocks).contains(&self.blocks_to_hop)
+            && left_out + u32::from(self.trace.unpaired()) <= u32::from(self.tick_in_block)
+            && self.trace.time_left_out() <= left_out * u32::from(self.tick_in_block)
+            && (1..=self.config.hop_blocks.max(Self::first_hop(self.config))).contains(&self.blocks_to_hop)
             && self.blank_ticks <= self.config.blanking.as_ref().map_or(0, |b| b.ticks)
             && self.r_before.admissible()
-            && self.y_before.admissible()
+            && self.trace.y_before().admissible()
     }
 }
 
@@ -572,19 +556,23 @@ fn unjudged(kind: ChannelKind) -> ChannelReport {
 
 impl ChannelState {
     #[inline(never)]
-    fn judge(&mut self, decision: &Decision, channel: &Channel, indices: Option<&Indices>) -> ChannelReport {
-        let mut out = unjudged(channel.kind);
+    fn judge(
+        &mut self,
+        decision: &Decision,
+        channel: &Channel,
+        indices: Option<&Indices>,
+        out: &mut ChannelReport,
+    ) {
         out.verdict = self.course.verdict();
         if let Some(indices) = indices {
             (out.x, out.value) = channel.kind.coordinates(indices);
             if channel.baseline.learned() {
-                self.judge_residual(decision, channel, &mut out);
+                self.judge_residual(decision, channel, out);
             }
         }
         out.detectors = self.detectors;
         out.side = self.course.side();
         out.fault_curve = self.course.drifted().map(|fit| FaultCurve::of(fit, &channel.baseline));
-        out
     }
 
     fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut ChannelReport) {

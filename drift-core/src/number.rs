@@ -11,6 +11,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     type Sum: Copy + core::fmt::Debug + PartialEq;
     /// The empty sum.
     const NOTHING: Self::Sum;
+    /// A sum that no sum of squares is.
+    const STRUCK: Self::Sum;
     /// Zero.
     const ZERO: Self;
     /// Largest admissible magnitude of r, y and u: beyond it a window's sum could overflow.
@@ -33,6 +35,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn weigh(sum: Self::Sum, running: Self::Sum, end: u32) -> Self::Sum;
     /// `sum += term`.
     fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
+    /// Below zero.
+    fn is_negative(sum: Self::Sum) -> bool;
     /// NaN or infinite; never for counts.
     fn non_finite(self) -> bool;
     /// `self - other`; exact for admissible counts.
@@ -80,6 +84,7 @@ pub(crate) const SOFT_FLOAT: bool =
 impl Number for f32 {
     type Sum = f32;
     const NOTHING: f32 = 0.0;
+    const STRUCK: f32 = -1.0;
     const ZERO: f32 = 0.0;
     const LIMIT: f32 = 1e13;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = u16::MAX as u32;
@@ -108,6 +113,10 @@ impl Number for f32 {
     #[inline(always)]
     fn add_sum(sum: &mut f32, term: f32) {
         *sum += term;
+    }
+    #[inline]
+    fn is_negative(sum: f32) -> bool {
+        sum.is_sign_negative()
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -180,6 +189,7 @@ impl Number for f32 {
 impl Number for i32 {
     type Sum = i64;
     const NOTHING: i64 = 0;
+    const STRUCK: i64 = -1;
     const ZERO: i32 = 0;
     // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j < 2048 stays below 2^63.
     const LIMIT: i32 = (1 << 20) - 1;
@@ -203,6 +213,10 @@ impl Number for i32 {
     #[inline(always)]
     fn add_sum(sum: &mut i64, term: i64) {
         *sum = sum.wrapping_add(term);
+    }
+    #[inline]
+    fn is_negative(sum: i64) -> bool {
+        sum < 0
     }
     #[inline]
     fn non_finite(self) -> bool {

@@ -1,7 +1,7 @@
 //! Saved state as bytes: little-endian words behind a header, closed by a checksum. A torn, damaged or foreign
 //! blob is refused as a whole.
 //!
-//! Layout (version 1): `DRFT`, version u16, number tag u8, set tag u8, capacity u16, channels u16, configuration
+//! Layout (version 2): `DRFT`, version u16, number tag u8, set tag u8, capacity u16, channels u16, configuration
 //! fingerprint u32, payload length u32, payload, CRC-32 (ISO-HDLC) of all before it.
 
 use crc::{Crc, NoTable};
@@ -10,7 +10,7 @@ use crc::{Crc, NoTable};
 const CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&crc::CRC_32_ISO_HDLC);
 const MAGIC: [u8; 4] = *b"DRFT";
 /// The layout's version; it changes whenever the bytes do, apart from the crate's own.
-pub const STATE_VERSION: u16 = 1;
+pub const STATE_VERSION: u16 = 2;
 pub(crate) const HEADER_BYTES: usize = 20;
 pub(crate) const CHECKSUM_BYTES: usize = 4;
 

@@ -19,7 +19,7 @@ pub enum Reference {
         at_tick: u64,
     },
     /// The paper's (its section 4): a new value from N(mean, sd) every some ticks, held between.
-    Random(RandomLevels),
+    Random(Box<RandomLevels>),
 }
 
 /// Random levels, each held for some ticks.
@@ -41,7 +41,14 @@ impl Reference {
     pub fn random(mean: f64, sd: f64, hold_ticks: u64, seed: u64) -> Self {
         let mut noise = ChaCha8Rng::seed_from_u64(seed);
         noise.set_stream(Self::STREAM);
-        Self::Random(RandomLevels { mean, sd, hold_ticks: hold_ticks.max(1), level: 0.0, left: 0, noise })
+        Self::Random(Box::new(RandomLevels {
+            mean,
+            sd,
+            hold_ticks: hold_ticks.max(1),
+            level: 0.0,
+            left: 0,
+            noise,
+        }))
     }
 
     /// The paper's own: N(0.1, 1), held for 50 samples.

@@ -195,13 +195,7 @@ const MOST_STATES: usize = 16;
 fn read_state_space(section: &Section) -> Result<Plant> {
     section.only(&["kind", "a", "b", "c", "d"])?;
     let (a, b, c) = (section.matrix("a")?, section.vector("b")?, section.vector("c")?);
-    let d = if section.line_of("d") == section.line {
-        vec![0.0]
-    } else {
-        section
-            .vector("d")
-            .or_else(|error| section.number("d", Range::Any).map(|d| vec![d]).map_err(|_| error))?
-    };
+    let d = if section.has("d") { section.vector("d")? } else { vec![0.0] };
     let n = a.len();
     if n == 0 || n > MOST_STATES || a.iter().any(|row| row.len() != n) {
         return Err(section.refuse(

@@ -36,6 +36,11 @@ impl<'a> Section<'a> {
         self.entry(key).map_or(self.line, |(line, _)| line)
     }
 
+    /// Whether a key is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.entry(key).is_some()
+    }
+
     /// An error at a key.
     pub fn refuse(&self, key: &str, what: impl std::fmt::Display, allowed: impl Into<String>) -> Error {
         Error::new(format!("{what}")).allowed(allowed).at_line(self.line_of(key))
@@ -109,13 +114,15 @@ impl<'a> Section<'a> {
         value.get_ref().as_bool().map(Some).ok_or_else(|| self.wrong(key, value.get_ref(), "true or false"))
     }
 
-    /// A list of finite numbers; a list of lists of one number each, or one list within a list, counts as one.
+    /// A list of finite numbers; a lone number, a list of lists of one number each, or one list within a list, counts
+    /// as one.
     pub fn vector(&self, key: &str) -> Result<Vec<f64>> {
         let allowed = "a list of finite numbers";
         let (_, value) = self.entry(key).ok_or_else(|| self.missing(key, &format!("{key} = {allowed}")))?;
         let nested =
             rows(value.get_ref()).filter(|rows| rows.len() == 1 || rows.iter().all(|row| row.len() == 1));
-        let plain = numbers(value.get_ref()).or_else(|| nested.map(|rows| rows.concat()));
+        let lone = number(value.get_ref()).filter(|number| number.is_finite()).map(|number| vec![number]);
+        let plain = lone.or_else(|| numbers(value.get_ref())).or_else(|| nested.map(|rows| rows.concat()));
         plain.filter(|list| !list.is_empty()).ok_or_else(|| self.wrong(key, value.get_ref(), allowed))
     }
 

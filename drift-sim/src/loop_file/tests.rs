@@ -119,6 +119,11 @@ fn matrices_must_fit_each_other() {
         assert!(message.contains(word), "{message}");
     }
     assert!(Loop::parse(&OTHERS[1].replace("d = [[0.0]]", "d = 0.5"), "a.toml").is_ok());
+    let inline = "loop = { sample_time_s = 1 }\ncontroller = { kind = \"recorded\" }\nplant = { kind = \"state-space\", a = [[-1]], b = 2, c = 3, d = 4 }";
+    let crate::plant::Plant::StateSpace(plant) = Loop::parse(inline, "a.toml").unwrap().plant else {
+        panic!()
+    };
+    assert_eq!((plant.b, plant.c, plant.d), (vec![2.0], vec![3.0], 4.0));
     assert!(Loop::parse(&OTHERS[2].replace("num = [1]", "num = [1, 2, 3, 4]"), "a.toml").is_err());
     assert!(Loop::parse(&OTHERS[2].replace("den = [1,", "den = [0,"), "a.toml").is_err());
 }

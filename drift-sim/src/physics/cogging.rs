@@ -16,7 +16,7 @@ pub(super) static KIND: Kind = Kind {
     effect: |p, _| {
         Box::new(Cogging { amplitude: p[0], wave_number: std::f64::consts::TAU / p[1], phase: p[2] })
     },
-    starts: starts,
+    starts,
     excitation: "Slow motion over several periods.",
     ties: &["periodic_load"],
     experiment: "Repeat the motion at half the speed: cogging keeps its period over position, a periodic load keeps it over time.",

@@ -16,7 +16,7 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(DirectionalFriction { coulomb: [p[0], p[1]], viscous: [p[2], p[3]] }),
-    starts: starts,
+    starts,
     excitation: "Motion at several speeds in both directions.",
     ties: &["coulomb_friction"],
     experiment: "Run the same ramp forward and back at two or more speeds: the steady effort differs between the directions.",

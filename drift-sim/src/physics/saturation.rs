@@ -10,7 +10,7 @@ pub(super) static KIND: Kind = Kind {
         Parameter { name: "upper", unit: "{u}", range: Range::Any },
     ],
     applies: every_plant,
-    consistent: consistent,
+    consistent,
     effect: |p, _| Box::new(Saturation { lower: p[0], upper: p[1] }),
     starts: |s| match s.plateaus {
         Some((lower, upper)) if lower < upper => vec![vec![lower, upper]],

@@ -17,8 +17,8 @@ pub(super) enum Body {
     Two(Exact<2>),
     Three(Exact<3>),
     Four(Exact<4>),
-    Eight(Exact<8>),
-    Sixteen(Exact<16>),
+    Eight(Box<Exact<8>>),
+    Sixteen(Box<Exact<16>>),
     Linear(Linear),
     Servo(ServoBody),
     Tank(TankBody),
@@ -73,8 +73,8 @@ impl Body {
             2 => Self::Two(Exact::new(plant, sample_time_s, part)?),
             3 => Self::Three(Exact::new(plant, sample_time_s, part)?),
             4 => Self::Four(Exact::new(plant, sample_time_s, part)?),
-            5..=8 => Self::Eight(Exact::new(plant, sample_time_s, part)?),
-            9..=16 => Self::Sixteen(Exact::new(plant, sample_time_s, part)?),
+            5..=8 => Self::Eight(Box::new(Exact::new(plant, sample_time_s, part)?)),
+            9..=16 => Self::Sixteen(Box::new(Exact::new(plant, sample_time_s, part)?)),
             more => {
                 return Err(Error::new(format!("a plant with {more} states")).allowed("at most 16 states"));
             }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Result;
 use crate::control_loop::Loop;
-use crate::controller::Law;
+use crate::controller::{Controller, Law};
 use crate::plant::{Output, Plant, StateSpace};
 
 /// An operating point.
@@ -35,7 +35,9 @@ impl Start {
     }
 
     /// A first estimate from the beginning of a recording: y as measured, its rate from the first five samples, and
-    /// the integrator with which the law gives the first u. Rest where the recording is empty.
+    /// the integrator with which the law gives the first u. What was held before is, for a law with an integrator,
+    /// that integrator (the first u may be the kick of a reference's step), else the first u. Rest where the recording
+    /// is empty.
     pub fn from_recording(model: &Loop, r: &[f64], y: &[f64], u: &[f64]) -> Self {
         let (Some(&r0), Some(&y0), Some(&u0)) = (r.first(), y.first(), u.first()) else {
             return Self::rest(model);
@@ -45,7 +47,12 @@ impl Start {
         let velocity = if span == 0 { 0.0 } else { (far - y0) / (span as f64 * model.sample_time_s) };
         let mut law = Law::new(&model.controller, model.sample_time_s);
         law.start(0.0, y0, velocity, u0);
-        Self { y: y0, velocity, u: u0, integrator: law.integrator_for(r0, y0, u0), state: None }
+        let integrator = law.integrator_for(r0, y0, u0);
+        let u = match &model.controller {
+            Controller::Pi(_) | Controller::Pid(_) => model.controller.limits().clip(integrator),
+            Controller::PVelocity(_) | Controller::Recorded => u0,
+        };
+        Self { y: y0, velocity, u, integrator, state: None }
     }
 
     /// The plant's state: given, or the one nearest to equilibrium.
@@ -75,19 +82,21 @@ fn near_equilibrium(plant: &StateSpace, y: f64, q: f64) -> Vec<f64> {
     let a = DMatrix::from_fn(n, n, |row, column| plant.a.get(row).map_or(0.0, |row| number(row, column)));
     let normal = a.transpose() * &a;
     let forced = a.transpose() * DVector::from_fn(n, |row, _| -number(&plant.b, row) * q);
-    // Least squares under one equation: the stationary point of its Lagrangian.
-    let system = DMatrix::from_fn(n + 1, n + 1, |row, column| match (row < n, column < n) {
-        (true, true) => normal[(row, column)],
-        (true, false) => number(&plant.c, row),
-        (false, true) => number(&plant.c, column),
-        (false, false) => 0.0,
-    });
-    let right = DVector::from_fn(n + 1, |row, _| if row < n { forced[row] } else { y - plant.d * q });
-    let finite = system.iter().chain(right.iter()).all(|value| value.is_finite());
-    let svd = finite.then(|| system.clone().try_svd(true, true, f64::EPSILON, 10_000)).flatten();
-    let solution = svd.and_then(|svd| {
-        let largest = svd.singular_values.max();
-        svd.solve(&right, 1e-12 * largest).ok()
-    });
+    // Least squares under one equation: the stationary point of its Lagrangian. The second try holds states that
+    // nothing else determines near zero.
+    let weight = normal.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let attempt = |regular: f64| {
+        let system = DMatrix::from_fn(n + 1, n + 1, |row, column| match (row < n, column < n) {
+            (true, true) => normal[(row, column)] + if row == column { regular * weight } else { 0.0 },
+            (true, false) => number(&plant.c, row),
+            (false, true) => number(&plant.c, column),
+            (false, false) => 0.0,
+        });
+        let right = DVector::from_fn(n + 1, |row, _| if row < n { forced[row] } else { y - plant.d * q });
+        let x = system.clone().full_piv_lu().solve(&right)?;
+        let left_over = (&system * &x - &right).amax();
+        (left_over <= 1e-9 * (1.0 + right.amax())).then_some(x)
+    };
+    let solution = attempt(0.0).or_else(|| attempt(1e-12));
     solution.map_or_else(|| vec![0.0; n], |x| x.iter().take(n).copied().collect())
 }

@@ -147,8 +147,7 @@ fn jacobian(fit: &Fit, signals: &Signals) -> Option<DMatrix<f64>> {
         });
         let column = match moved {
             Some((h, residual)) => {
-                let change: Vec<f64> =
-                    residual.iter().zip(&fit.residual).map(|(a, b)| (a - b) / h).collect();
+                let change: Vec<f64> = residual.iter().zip(&fit.residual).map(|(a, b)| (a - b) / h).collect();
                 DVector::from_vec(fit.whitener.apply(&change))
             }
             None => DVector::zeros(rows),

@@ -56,10 +56,9 @@ pub struct Model {
 pub fn plant_numbers(plant: &Plant) -> Vec<(String, f64, Range)> {
     let own = |name: &str, value, range| (format!("plant.{name}"), value, range);
     match plant {
-        Plant::Servo(p) => vec![
-            own("inertia", p.inertia, Range::Positive),
-            own("viscous", p.viscous, Range::NotNegative),
-        ],
+        Plant::Servo(p) => {
+            vec![own("inertia", p.inertia, Range::Positive), own("viscous", p.viscous, Range::NotNegative)]
+        }
         Plant::FirstOrder(p) => vec![
             own("gain", p.gain, Range::Any),
             own("time_constant_s", p.time_constant_s, Range::Positive),
@@ -81,19 +80,21 @@ pub fn plant_numbers(plant: &Plant) -> Vec<(String, f64, Range)> {
                 .map(|(i, c)| own(&format!("num[{i}]"), *c, Range::Any))
                 .collect();
             numbers.extend(
-                p.den.iter().enumerate().skip(1).filter(|(_, c)| **c != 0.0).map(|(i, c)| {
-                    own(&format!("den[{i}]"), *c, Range::Any)
-                }),
+                p.den
+                    .iter()
+                    .enumerate()
+                    .skip(1)
+                    .filter(|(_, c)| **c != 0.0)
+                    .map(|(i, c)| own(&format!("den[{i}]"), *c, Range::Any)),
             );
             if p.delay_s > 0.0 {
                 numbers.push(own("delay_s", p.delay_s, Range::NotNegative));
             }
             numbers
         }
-        Plant::Tank(p) => vec![
-            own("inflow_gain", p.inflow_gain, Range::Any),
-            own("outflow", p.outflow, Range::NotNegative),
-        ],
+        Plant::Tank(p) => {
+            vec![own("inflow_gain", p.inflow_gain, Range::Any), own("outflow", p.outflow, Range::NotNegative)]
+        }
         Plant::Identify => Vec::new(),
     }
 }
@@ -245,7 +246,8 @@ impl Model {
     pub fn loop_at(&self, x: &[f64]) -> Option<(Loop, Start)> {
         let mut model = self.nominal.clone();
         let mut start = self.start.clone();
-        let mut plant: Vec<f64> = plant_numbers(&model.plant).into_iter().map(|(_, value, _)| value).collect();
+        let mut plant: Vec<f64> =
+            plant_numbers(&model.plant).into_iter().map(|(_, value, _)| value).collect();
         for (free, value) in self.free.iter().zip(x) {
             if !free.range.allows(*value) {
                 return None;

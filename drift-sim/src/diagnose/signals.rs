@@ -33,9 +33,11 @@ impl Signals {
     pub fn new(recording: &Recording, model: &Loop) -> Result<Self> {
         let (ours, theirs) = (model.sample_time_s, recording.sample_time_s);
         if (ours / theirs - 1.0).abs() > 0.01 {
-            return Err(Error::new(format!("the recording's sample time is {theirs} s, the loop file's {ours} s"))
-                .allowed("the same sample time in both")
-                .in_file(&recording.name));
+            return Err(Error::new(format!(
+                "the recording's sample time is {theirs} s, the loop file's {ours} s"
+            ))
+            .allowed("the same sample time in both")
+            .in_file(&recording.name));
         }
         let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(held));
         let signals = Self {

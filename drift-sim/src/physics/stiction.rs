@@ -1,11 +1,12 @@
 //! A sticking valve: the stem stays until `|u - stem| > stick_band`, then goes to
 //! `u - sign(u - stem)*(stick_band - slip_jump)`.
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "stiction",
     place: Place::Actuator,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "stick_band", unit: "{u}", range: Range::NotNegative },
         Parameter { name: "slip_jump", unit: "{u}", range: Range::NotNegative },

@@ -66,6 +66,19 @@ impl Fit {
         self.whitener.apply(&self.residual)
     }
 
+    /// The same point under another noise model.
+    #[must_use]
+    pub fn with_whitener(self, whitener: Whitener) -> Self {
+        Self::at(self.model, self.residual, whitener)
+    }
+
+    /// The same point under the noise model of its own residual.
+    #[must_use]
+    pub fn renoised(self) -> Self {
+        let whitener = Whitener::of(&self.residual);
+        self.with_whitener(whitener)
+    }
+
     /// Searches on from here with the noise model as it is.
     #[must_use]
     pub fn search(mut self, signals: &Signals, effort: Effort) -> Self {
@@ -131,7 +144,7 @@ fn difference(free: &Free, value: f64, sample_time_s: f64) -> f64 {
 }
 
 /// Parameters in which the prediction jumps.
-fn coarse(name: &str) -> bool {
+pub(super) fn coarse(name: &str) -> bool {
     ["width", "stick_band", "slip_jump", "half_width", "step"].iter().any(|end| name.ends_with(end))
 }
 
@@ -160,16 +173,25 @@ fn jacobian(fit: &Fit, signals: &Signals) -> Option<DMatrix<f64>> {
 /// One damped step that lowers the sum of squares; `None` when none is found.
 fn step(fit: &Fit, jacobian: &DMatrix<f64>, signals: &Signals, damping: &mut f64) -> Option<Fit> {
     let white = DVector::from_vec(fit.white());
-    let normal = jacobian.transpose() * jacobian;
-    let gradient = jacobian.transpose() * white;
+    // Columns of length one: parameters differ by many orders of magnitude. One without effect stays where it is.
+    let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
+    let inverse = |i: usize| if lengths[i] > 0.0 { 1.0 / lengths[i] } else { 0.0 };
+    let mut scaled = jacobian.clone();
+    for (i, mut column) in scaled.column_iter_mut().enumerate() {
+        column *= inverse(i);
+    }
+    let normal = scaled.tr_mul(&scaled);
+    let gradient = scaled.tr_mul(&white);
     for _ in 0..8 {
         let mut damped = normal.clone();
-        let largest = normal.diagonal().max();
         for i in 0..damped.nrows() {
-            damped[(i, i)] += *damping * normal[(i, i)] + 1e-12 * largest.max(1e-300);
+            damped[(i, i)] += *damping + 1e-12;
         }
         if let Some(cholesky) = damped.cholesky() {
-            let change = cholesky.solve(&gradient);
+            let mut change = cholesky.solve(&gradient);
+            for (i, c) in change.iter_mut().enumerate() {
+                *c *= inverse(i);
+            }
             let x: Vec<f64> = (fit.model.x.iter().zip(&fit.model.free).zip(change.iter()))
                 .map(|((x, free), change)| clamp(free, x - change))
                 .collect();

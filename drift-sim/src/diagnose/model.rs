@@ -6,6 +6,7 @@ use crate::physics::{Range, Term};
 use crate::plant::{Output, Plant};
 use crate::simulate::{Simulation, Start};
 
+use super::observer;
 use super::signals::{Signals, deviation};
 
 /// What a free parameter stands for.
@@ -181,7 +182,7 @@ impl Model {
         let state = model.start.state_for(nominal).unwrap_or_default();
         let scale = deviation(&signals.y).max(1e-12);
         for (i, value) in state.iter().enumerate() {
-            if !starts_known(&nominal.plant, i) {
+            if !starts_known(&nominal.plant, i) && !observer::forgets(&nominal.plant) {
                 let free = Free {
                     target: Target::State(i),
                     name: format!("state[{i}]"),
@@ -271,10 +272,18 @@ impl Model {
         let mut simulation = Simulation::new(&model, 0).ok()?;
         simulation.start(&start).ok()?;
         let mut now = vec![0.0; signals.inputs.len()];
+        let gains = observer::gains(&self.nominal.plant, signals.sample_time_s);
         let mut predicted = Vec::with_capacity(signals.len());
-        for (n, u) in signals.u.iter().enumerate() {
+        for (n, (u, y)) in signals.u.iter().zip(&signals.y).enumerate() {
             signals.inputs_at(n, &mut now);
-            predicted.push(simulation.replay_step(*u, &now).y);
+            let step = simulation.replay_step(*u, &now).y;
+            predicted.push(step);
+            if !gains.is_empty() && y.is_finite() {
+                let error = y - step;
+                for (state, gain) in simulation.state_mut().iter_mut().zip(&gains) {
+                    *state += gain * error;
+                }
+            }
         }
         // A diverging run stays diverged: the last sample tells.
         predicted.last().is_some_and(|y| y.is_finite()).then_some(predicted)

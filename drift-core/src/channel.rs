@@ -157,19 +157,45 @@ impl Channel {
     }
 }
 
-/// How a curve moved after a confirmed drift, judged at three standard errors.
+/// How a curve moved after a confirmed drift, judged at three standard errors. While x has not varied enough to
+/// tell a tilt, a curve that is away from the baseline at the windows seen counts as lifted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Moved {
     /// Neither, at three standard errors: too few windows yet, or a change of scatter only.
     Undecided,
-    /// The curve was lifted or lowered.
+    /// b0 alone: the curve was lifted or lowered.
     Intercept,
-    /// It was tilted about the windows seen.
+    /// b1 alone: it was tilted about x = 0.
     Slope,
-    /// Both.
+    /// b0 and b1.
     Both,
+}
+
+impl Moved {
+    /// `shift`: mean distance from the baseline at the windows seen; `tilt`: change of slope.
+    fn judge(fit: &LineFit, baseline: &Baseline, shift: f32, tilt: f32) -> Self {
+        let variance = baseline.sigma * baseline.sigma;
+        // Nine times the variance on the right of each comparison: three standard errors without a square root.
+        let mut shift_variance = variance / fit.windows().max(1) as f32;
+        if baseline.windows > 0.0 {
+            shift_variance += variance / baseline.windows;
+        }
+        let mut tilt_variance = if fit.x_ss() > 0.0 { variance / fit.x_ss() } else { f32::INFINITY };
+        if baseline.x_ss > 0.0 {
+            tilt_variance += variance / baseline.x_ss;
+        }
+        let tilted = fit.windows() > 2 && tilt * tilt > 9.0 * tilt_variance;
+        if !tilted {
+            let lifted = shift * shift > 9.0 * shift_variance;
+            return if lifted { Self::Intercept } else { Self::Undecided };
+        }
+        let x = fit.x_mean();
+        let lift = shift - tilt * x;
+        let lift_variance = shift_variance + tilt_variance * (x * x);
+        if lift * lift > 9.0 * lift_variance { Self::Both } else { Self::Slope }
+    }
 }
 
 /// The curve refitted on the windows since the alarm: f_fault of equations 8 and 9.
@@ -193,22 +219,7 @@ impl FaultCurve {
     pub(crate) fn of(fit: &LineFit, baseline: &Baseline) -> Self {
         let shift = baseline.residual(fit.x_mean(), fit.value_mean());
         let (b0, b1) = (fit.b0(), fit.b1());
-        let variance = baseline.sigma * baseline.sigma;
-        let n = fit.windows() as f32;
-        // Nine times the variance on the right: three standard errors without a square root.
-        let lifted = n > 0.0 && shift * shift > 9.0 * variance / n;
-        let tilt = b1 - baseline.b1;
-        let mut tilt_variance = if fit.x_ss() > 0.0 { variance / fit.x_ss() } else { f32::INFINITY };
-        if baseline.x_ss > 0.0 {
-            tilt_variance += variance / baseline.x_ss;
-        }
-        let tilted = fit.windows() > 2 && tilt * tilt > 9.0 * tilt_variance;
-        let moved = match (lifted, tilted) {
-            (false, false) => Moved::Undecided,
-            (true, false) => Moved::Intercept,
-            (false, true) => Moved::Slope,
-            (true, true) => Moved::Both,
-        };
+        let moved = Moved::judge(fit, baseline, shift, b1 - baseline.b1);
         Self { b0, b1, shift, windows: fit.windows(), moved }
     }
 }

@@ -2,10 +2,13 @@
 //! few windows can honestly promise.
 
 use crate::channel::{Baseline, ChannelKind};
+use crate::config::Config;
 use crate::detector::Cusum;
-use crate::line_fit::LineFit;
+use crate::line_fit::{FIT_BYTES, LineFit};
 use crate::math;
+use crate::number::Number;
 use crate::report::{Report, WindowStatus};
+use crate::store::{CHECKSUM_BYTES, HEADER_BYTES, Owner, Reader, StateError, Writer};
 
 /// Learns the baselines of `C` channels from the reports of a monitor whose channels are
 /// [`crate::Channel::unlearned`] (or of any other: only the coordinates are read).
@@ -17,6 +20,9 @@ pub struct Commissioning<const C: usize> {
     fits: [LineFit; C],
     range: [(f32, f32); C],
 }
+
+/// Stands where a monitor's saved state has its index set.
+const COMMISSIONING_TAG: u8 = 0x80;
 
 /// Fewer windows than a baseline needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +45,9 @@ impl core::error::Error for NotReady {}
 impl<const C: usize> Commissioning<C> {
     /// Below this a standard deviation means nothing.
     pub const LEAST_WINDOWS: u32 = 25;
+
+    /// Bytes that [`Commissioning::save`] needs.
+    pub const STATE_BYTES: usize = HEADER_BYTES + C * (FIT_BYTES + 8) + CHECKSUM_BYTES;
 
     /// Nothing learnt yet.
     pub const fn new() -> Self {
@@ -105,6 +114,54 @@ impl<const C: usize> Commissioning<C> {
             channel.detectors = detectors;
         }
         Ok(channels)
+    }
+
+    /// Writes what was learnt, in the same envelope as [`crate::Monitor::save`]; `config` is that of the monitor
+    /// whose reports were learnt from. Returns the bytes used.
+    ///
+    /// # Errors
+    /// [`StateError::BufferTooSmall`].
+    pub fn save<N: Number>(&self, config: &Config<N, C>, into: &mut [u8]) -> Result<usize, StateError> {
+        Writer::envelope(into, Self::owner(config), |to| {
+            for (fit, range) in self.fits.iter().zip(&self.range) {
+                fit.write(to);
+                to.f32(range.0);
+                to.f32(range.1);
+            }
+        })
+    }
+
+    /// Takes up what was saved, all of it or none.
+    ///
+    /// # Errors
+    /// As [`crate::Monitor::restore`].
+    pub fn restore<N: Number>(&mut self, config: &Config<N, C>, from: &[u8]) -> Result<(), StateError> {
+        let mut payload = Reader::open(from, Self::owner(config))?;
+        let restored = Self::read(&mut payload).filter(|_| payload.is_empty());
+        *self = restored.ok_or(StateError::Impossible)?;
+        Ok(())
+    }
+
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        let mut read = Self::new();
+        for (fit, range) in read.fits.iter_mut().zip(&mut read.range) {
+            *fit = LineFit::read(from).filter(LineFit::possible)?;
+            *range = (from.f32()?, from.f32()?);
+            if fit.windows() > 0 && range.0 > range.1 {
+                return None;
+            }
+        }
+        Some(read)
+    }
+
+    fn owner<N: Number>(config: &Config<N, C>) -> Owner {
+        Owner {
+            number: N::TAG,
+            set: COMMISSIONING_TAG,
+            capacity: 0,
+            channels: C as u16,
+            fingerprint: config.fingerprint(),
+        }
     }
 
     /// The mean run length to a false alarm (decisions) that nine of ten devices with this many windows keep.

@@ -236,11 +236,14 @@ impl<N: Number, const C: usize> Config<N, C> {
             to.u32(u32::from(self.window_blocks));
             to.u32(u32::from(self.hop_blocks));
             [self.min_valid, self.y_unit, self.u_unit].into_iter().for_each(|w| to.f32(w));
+            // Each optional part is preceded by a number of its own: the limits of one are not those of another.
             if let Some(s) = self.saturation {
+                to.u32(1);
                 to.u32(s.u_min.to_word());
                 to.u32(s.u_max.to_word());
             }
             if let Some(b) = self.blanking {
+                to.u32(2);
                 to.u32(b.reference_step.to_word());
                 to.u32(b.ticks);
             }

@@ -1,13 +1,17 @@
 //! Disturbance or drift (sections 3.1 and 3.2 of the paper): what comes back to the baseline was a disturbance,
 //! what stays is a drift.
 //!
-//! From an alarm on, every decision adds evidence that the residual stays (a sequential test between "at half its
-//! largest distance so far" and "back at zero"). Evidence is capped on both sides, so that a large disturbance is
-//! forgotten as fast as a small one once it is gone. A drift is confirmed when the evidence stands at its cap and
-//! `confirm_hops` decisions have passed; before that, nothing can be told from a disturbance of that length.
+//! From an alarm on, every decision adds evidence that the residual stays: a sequential test between "at half the
+//! mean distance of the windows that were away" and "back at zero". The mean, because the largest distance grows
+//! with the noise alone, and a shift of one sigma would soon be measured against 1.5; only of windows that were
+//! away, so that the end of a large disturbance is still seen as one. Evidence is capped on both sides, so that a
+//! large disturbance is forgotten as fast as a small one once it is gone, and no single window moves it by more
+//! than half of what a verdict needs, so that a tilted curve, whose residual goes up and down with x, is not taken
+//! for one that came back. A drift is confirmed when the evidence stands at its cap and `confirm_hops` decisions
+//! have passed; before that, nothing can be told from a disturbance of that length.
 
 use crate::detector::Side;
-use crate::line_fit::LineFit;
+use crate::line_fit::{FIT_BYTES, LineFit};
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -72,13 +76,17 @@ enum Phase {
     Drift,
 }
 
+/// Saved bytes of one course.
+pub(crate) const COURSE_BYTES: usize = 14 + FIT_BYTES;
+
 /// The course of one channel since its last alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Course {
     phase: Phase,
     side: Side,
     hops: u16,
-    farthest: f32,
+    hops_away: u16,
+    mean_away: f32,
     evidence: f32,
     since: LineFit,
 }
@@ -88,7 +96,8 @@ impl Course {
         phase: Phase::Healthy,
         side: Side::High,
         hops: 0,
-        farthest: 0.0,
+        hops_away: 0,
+        mean_away: 0.0,
         evidence: 0.0,
         since: LineFit::EMPTY,
     };
@@ -121,15 +130,18 @@ impl Course {
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
         self.hops = self.hops.saturating_add(1);
-        if away > self.farthest {
-            self.farthest = away;
+        let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
+        let most = 0.5 * decision.log_odds;
+        self.evidence = (self.evidence + step.clamp(-most, most)).min(decision.log_odds);
+        if step > 0.0 {
+            self.hops_away = self.hops_away.saturating_add(1);
+            self.mean_away += (away - self.mean_away) / f32::from(self.hops_away);
         }
-        let half = 0.5 * self.farthest;
-        let shift = if half > decision.smallest_shift { half } else { decision.smallest_shift };
-        self.evidence += shift * (away - 0.5 * shift);
-        if self.evidence > decision.log_odds {
-            self.evidence = decision.log_odds;
-        }
+    }
+
+    /// What the test takes "away" to be, sigmas.
+    fn shift(&self, decision: &Decision) -> f32 {
+        decision.smallest_shift.max(0.5 * self.mean_away)
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
@@ -149,11 +161,16 @@ impl Course {
         (self.phase == Phase::Drift).then_some(&self.since)
     }
 
+    pub(crate) fn possible(&self, decision: &Decision) -> bool {
+        self.evidence.abs() <= decision.log_odds && self.since.possible()
+    }
+
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.u8(self.phase as u8);
         to.u8(self.side as u8);
         to.u16(self.hops);
-        to.f32(self.farthest);
+        to.u16(self.hops_away);
+        to.f32(self.mean_away);
         to.f32(self.evidence);
         self.since.write(to);
     }
@@ -172,7 +189,8 @@ impl Course {
                 _ => return None,
             },
             hops: from.u16()?,
-            farthest: from.f32()?,
+            hops_away: from.u16()?,
+            mean_away: from.f32()?,
             evidence: from.f32()?,
             since: LineFit::read(from)?,
         })
@@ -200,7 +218,9 @@ mod tests {
     #[test]
     fn a_large_disturbance_is_forgotten_once_gone() {
         let mut course = run([50.0; 15].into_iter());
-        assert_eq!(course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0), Verdict::Disturbance);
+        let verdicts: [Verdict; 4] =
+            core::array::from_fn(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
+        assert_eq!(verdicts[3], Verdict::Disturbance, "{verdicts:?}");
     }
 
     #[test]
@@ -214,7 +234,7 @@ mod tests {
     fn a_repaired_drift_is_said() {
         let mut course = run([6.0; 40].into_iter());
         assert_eq!(course.verdict(), Verdict::Drift);
-        let verdicts: [Verdict; 3] =
+        let verdicts: [Verdict; 4] =
             core::array::from_fn(|_| course.update(&Decision::DEFAULT, 0.0, None, 0.0, 0.0));
         assert!(verdicts.contains(&Verdict::Recovered), "{verdicts:?}");
     }

@@ -74,6 +74,12 @@ impl Detectors {
             && self.sprt.is_none_or(|d| d.valid())
     }
 
+    /// Whether these detectors can hold such states; one that is absent never moves.
+    pub(crate) fn possible(&self, states: &DetectorStates) -> bool {
+        self.cusum.map_or(states.cusum == CusumState::ZERO, |d| d.possible(&states.cusum))
+            && self.sprt.map_or(states.sprt == SprtState::ZERO, |d| d.possible(&states.sprt))
+    }
+
     pub(crate) fn fingerprint(&self, to: &mut Fingerprint<'_>) {
         if let Some(d) = self.shewhart {
             to.u32(1);
@@ -100,6 +106,9 @@ pub struct DetectorStates {
     /// The two log-likelihood ratios.
     pub sprt: SprtState,
 }
+
+/// Saved bytes of one channel's detectors.
+pub(crate) const DETECTOR_BYTES: usize = 16;
 
 impl DetectorStates {
     pub(crate) fn write(&self, to: &mut Writer<'_>) {

@@ -10,6 +10,7 @@ use crate::store::{Reader, Writer};
 
 /// One valid tick and the readings before it.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Step<N> {
     /// Reference.
     pub r: N,
@@ -17,14 +18,29 @@ pub struct Step<N> {
     pub y: N,
     /// Controller output.
     pub u: N,
-    /// Reference one tick earlier.
+    /// Reference one tick earlier; the same as `r` where that is not known.
     pub r_before: N,
-    /// Measured output one tick earlier.
+    /// Measured output one tick earlier; the same as `y` where that is not known.
     pub y_before: N,
+}
+
+/// How much of a block was valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Coverage {
+    /// Ticks of the block.
+    pub whole: u32,
+    /// Valid ticks among them.
+    pub valid: u32,
+    /// Valid ticks whose predecessor is known: only they enter sums of differences.
+    pub paired: u32,
+    /// The sum of the positions in the block of the ticks left out.
+    pub time_left_out: u32,
 }
 
 /// How a window's raw sums become indices in units and seconds.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scale {
     /// Seconds per tick.
     pub tick_s: f32,
@@ -68,8 +84,10 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     fn keeps(index: Index) -> bool;
     /// Adds one valid tick.
     fn add(block: &mut Self::Block, tick_in_block: u32, step: &Step<N>);
-    /// As if all `whole` ticks had been valid, not `part`.
-    fn extrapolate(block: &mut Self::Block, part: u32, whole: u32);
+    /// Adds the sums of another stretch of the same block.
+    fn join(block: &mut Self::Block, other: &Self::Block);
+    /// As if the ticks left out had shown the mean of the valid ones.
+    fn extrapolate(block: &mut Self::Block, coverage: &Coverage);
     /// Zero in the indices that are kept.
     fn begin(total: &mut Indices);
     /// Adds a block that begins `offset_ticks` into the window.
@@ -100,6 +118,7 @@ macro_rules! error_index {
     ($name:ident, $sums:ident, $squared:literal) => {
         #[doc = concat!("[`Index::", stringify!($name), "`] as a type.")]
         #[derive(Debug, Clone, Copy)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub struct $name;
         impl sealed::Sealed for $name {}
         impl ErrorIndex for $name {
@@ -116,10 +135,12 @@ error_index!(Itse, Weighted, true);
 
 /// The paper's pair: E_u and one error index. Two sums per block, three for ITAE and ITSE.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pair<J>(PhantomData<J>);
 
 /// Sums of one block of a [`Pair`].
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PairBlock<S, E> {
     energy: S,
     error: E,
@@ -142,9 +163,14 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         step.u.add_square(&mut block.energy);
         block.error.add(tick_in_block, step.r.minus(step.y).magnitude(), J::SQUARED);
     }
-    fn extrapolate(block: &mut Self::Block, part: u32, whole: u32) {
-        block.energy = N::extrapolate(block.energy, part, whole);
-        block.error.extrapolate(part, whole);
+    #[inline]
+    fn join(block: &mut Self::Block, other: &Self::Block) {
+        block.energy = N::join(block.energy, other.energy);
+        block.error.join(&other.error);
+    }
+    fn extrapolate(block: &mut Self::Block, coverage: &Coverage) {
+        block.energy = N::extrapolate(block.energy, coverage.valid, coverage.whole);
+        block.error.extrapolate(coverage);
     }
     fn begin(total: &mut Indices) {
         total.e_u = 0.0;
@@ -159,20 +185,22 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         *total.error_index_mut(J::INDEX) *= by.error(J::INDEX);
     }
     fn write(block: &Self::Block, to: &mut Writer<'_>) {
-        to.u64(N::sum_to_word(block.energy));
+        N::write_sum(block.energy, to);
         block.error.write(to);
     }
     fn read(from: &mut Reader<'_>) -> Option<Self::Block> {
-        Some(PairBlock { energy: N::sum_from_word(from.u64()?), error: J::Sums::read(from)? })
+        Some(PairBlock { energy: N::read_sum(from)?, error: J::Sums::read(from)? })
     }
 }
 
 /// Every index: for all channels and for reports that show the whole window.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
 /// Sums of one block of [`Full`].
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FullBlock<N: Number> {
     energy: N::Sum,
     absolute: Weighted<N>,
@@ -232,19 +260,32 @@ impl<N: Number> IndexSet<N> for Full {
             block.peak_u = u_magnitude;
         }
     }
-    fn extrapolate(block: &mut FullBlock<N>, part: u32, whole: u32) {
-        block.absolute.extrapolate(part, whole);
-        block.square.extrapolate(part, whole);
-        for sum in [
-            &mut block.energy,
-            &mut block.u,
-            &mut block.y,
-            &mut block.e,
-            &mut block.reference_step_square,
-            &mut block.motion_effort,
-            &mut block.travel,
-        ] {
-            *sum = N::extrapolate(*sum, part, whole);
+    #[inline]
+    fn join(block: &mut FullBlock<N>, other: &FullBlock<N>) {
+        block.absolute.join(&other.absolute);
+        block.square.join(&other.square);
+        block.energy = N::join(block.energy, other.energy);
+        block.u = N::join(block.u, other.u);
+        block.y = N::join(block.y, other.y);
+        block.e = N::join(block.e, other.e);
+        block.reference_step_square = N::join(block.reference_step_square, other.reference_step_square);
+        block.motion_effort = N::join(block.motion_effort, other.motion_effort);
+        block.travel = N::join(block.travel, other.travel);
+        if other.peak_e > block.peak_e {
+            block.peak_e = other.peak_e;
+        }
+        if other.peak_u > block.peak_u {
+            block.peak_u = other.peak_u;
+        }
+    }
+    fn extrapolate(block: &mut FullBlock<N>, coverage: &Coverage) {
+        block.absolute.extrapolate(coverage);
+        block.square.extrapolate(coverage);
+        for sum in [&mut block.energy, &mut block.u, &mut block.y, &mut block.e] {
+            *sum = N::extrapolate(*sum, coverage.valid, coverage.whole);
+        }
+        for sum in [&mut block.reference_step_square, &mut block.motion_effort, &mut block.travel] {
+            *sum = N::extrapolate(*sum, coverage.paired, coverage.whole);
         }
     }
     fn begin(total: &mut Indices) {
@@ -307,7 +348,7 @@ impl<N: Number> IndexSet<N> for Full {
             block.motion_effort,
             block.travel,
         ] {
-            to.u64(N::sum_to_word(sum));
+            N::write_sum(sum, to);
         }
         to.u32(block.peak_u.to_word());
         to.u32(block.peak_e.to_word());
@@ -324,11 +365,11 @@ impl<N: Number> IndexSet<N> for Full {
             &mut block.motion_effort,
             &mut block.travel,
         ] {
-            *sum = N::sum_from_word(from.u64()?);
+            *sum = N::read_sum(from)?;
         }
         block.peak_u = N::from_word(from.u32()?);
         block.peak_e = N::from_word(from.u32()?);
-        Some(block)
+        (block.peak_u.admissible() && !block.peak_e.non_finite()).then_some(block)
     }
 }
 

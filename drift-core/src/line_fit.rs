@@ -6,7 +6,12 @@
 
 use crate::store::{Reader, Writer};
 
-/// `value = b0 + b1*x`, learnt one window at a time. Constant memory, one division per window.
+/// Saved bytes of one fit.
+pub(crate) const FIT_BYTES: usize = 24;
+/// Beyond this the next window's weight is lost to rounding.
+const MOST_WINDOWS: u32 = 1 << 24;
+
+/// `value = b0 + b1*x`, learnt one window at a time. Constant memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineFit {
@@ -15,27 +20,66 @@ pub struct LineFit {
     value_mean: f32,
     x_ss: f32,
     x_value_ss: f32,
-    value_ss: f32,
+    residual_ss: f32,
 }
 
 impl LineFit {
     /// No window yet.
     pub const EMPTY: Self =
-        Self { windows: 0, x_mean: 0.0, value_mean: 0.0, x_ss: 0.0, x_value_ss: 0.0, value_ss: 0.0 };
+        Self { windows: 0, x_mean: 0.0, value_mean: 0.0, x_ss: 0.0, x_value_ss: 0.0, residual_ss: 0.0 };
 
-    /// Adds a window. At `u32::MAX` windows it stops learning.
+    /// Adds a window. What would overflow is passed over; at 2^24 windows it stops learning.
     pub fn add(&mut self, x: f32, value: f32) {
-        if self.windows == u32::MAX {
-            return;
+        let mut next = *self;
+        next.learn(x, value);
+        if next.windows <= MOST_WINDOWS && next.finite() {
+            *self = next;
         }
+    }
+
+    fn learn(&mut self, x: f32, value: f32) {
+        let (dx, dv) = (x - self.x_mean, value - self.value_mean);
+        self.residual_ss += self.prediction_error_square(dx, dv);
         self.windows += 1;
         let weight = 1.0 / self.windows as f32;
-        let (dx, dv) = (x - self.x_mean, value - self.value_mean);
         self.x_mean += dx * weight;
         self.value_mean += dv * weight;
         self.x_ss += dx * (x - self.x_mean);
         self.x_value_ss += dx * (value - self.value_mean);
-        self.value_ss += dv * (value - self.value_mean);
+    }
+
+    /// What a window adds to the residual sum of squares: its distance from the line so far, over the variance of
+    /// such a distance (Brown, Durbin & Evans 1975). `SS_v - b1*S_xv` would cancel where the line explains
+    /// nearly everything.
+    fn prediction_error_square(&self, dx: f32, dv: f32) -> f32 {
+        if self.windows == 0 {
+            return 0.0;
+        }
+        let mut variance = 1.0 + 1.0 / self.windows as f32;
+        let mut error = dv;
+        if self.x_varies() {
+            error -= self.x_value_ss / self.x_ss * dx;
+            variance += dx * (dx / self.x_ss);
+        } else if dx.abs() > 1e-6 * self.x_mean.abs() {
+            // The first other x: the line goes right through.
+            return 0.0;
+        }
+        error * error / variance
+    }
+
+    fn x_varies(&self) -> bool {
+        let rounding = 1e-6 * self.x_mean;
+        self.x_ss > self.windows as f32 * rounding * rounding
+    }
+
+    fn finite(&self) -> bool {
+        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss, self.residual_ss]
+            .iter()
+            .all(|w| w.is_finite())
+    }
+
+    pub(crate) fn possible(&self) -> bool {
+        self.windows <= MOST_WINDOWS && self.finite() && self.x_ss >= 0.0 && self.residual_ss >= 0.0
     }
 
     /// Windows so far.
@@ -60,8 +104,7 @@ impl LineFit {
 
     /// Slope; zero while x has not varied beyond its own rounding.
     pub fn b1(&self) -> f32 {
-        let rounding = 1e-6 * self.x_mean;
-        if self.x_ss > self.windows as f32 * rounding * rounding { self.x_value_ss / self.x_ss } else { 0.0 }
+        if self.x_varies() { self.x_value_ss / self.x_ss } else { 0.0 }
     }
 
     /// Intercept.
@@ -69,19 +112,18 @@ impl LineFit {
         self.value_mean - self.b1() * self.x_mean
     }
 
-    /// Residual variance with n - 2 degrees of freedom; zero below three windows. The part of the scatter below
-    /// about 1e-6 of the value's own is lost to rounding.
+    /// Residual variance with n - 2 degrees of freedom; zero below three windows. Scatter below about 1e-6 of the
+    /// value itself is lost to rounding.
     pub fn residual_variance(&self) -> f32 {
         if self.windows < 3 {
             return 0.0;
         }
-        let ss = self.value_ss - self.b1() * self.x_value_ss;
-        if ss > 0.0 { ss / (self.windows - 2) as f32 } else { 0.0 }
+        self.residual_ss / (self.windows - 2) as f32
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.u32(self.windows);
-        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss, self.value_ss]
+        [self.x_mean, self.value_mean, self.x_ss, self.x_value_ss, self.residual_ss]
             .into_iter()
             .for_each(|w| to.f32(w));
     }
@@ -93,7 +135,7 @@ impl LineFit {
             value_mean: from.f32()?,
             x_ss: from.f32()?,
             x_value_ss: from.f32()?,
-            value_ss: from.f32()?,
+            residual_ss: from.f32()?,
         })
     }
 }

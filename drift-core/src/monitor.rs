@@ -2,20 +2,24 @@
 //!
 //! Per tick a few sums grow; at the end of a block they enter a ring of closed blocks, and at a decision the ring
 //! is added up anew. Nothing is ever subtracted, so nothing accumulates: after 1e8 ticks the indices are as exact
-//! as after the first window.
+//! as after the first window. Within a block, strips of about the square root of its length are summed apart and
+//! then joined, so that a long block of small samples does not round more than a short one.
 
-use heapless::HistoryBuf;
+use heapless::Vec;
 
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Config, ConfigError};
-use crate::course::{Course, Verdict};
-use crate::detector::{Alarms, DetectorStates};
+use crate::course::{COURSE_BYTES, Course, Verdict};
+use crate::detector::{Alarms, DETECTOR_BYTES, DetectorStates};
 use crate::index::Indices;
-use crate::index_set::{Full, IndexSet, Pair, Scale, Step};
+use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
 use crate::number::Number;
 use crate::report::{Location, Report, WindowStatus};
 use crate::sample::{Excluded, Exclusion, Input};
 use crate::store::{CHECKSUM_BYTES, HEADER_BYTES, Owner, Reader, StateError, Writer};
+
+/// Saved numbers besides header, blocks and channels.
+const FIXED_BYTES: usize = 51;
 
 /// What one channel remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,20 +28,45 @@ struct ChannelState {
     course: Course,
 }
 
+/// What the last readings are to the next tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Link {
+    /// There are none: the start, or the loop was open.
+    None,
+    /// Ticks are missing in between: a step of the reference still shows, a speed does not.
+    Gap,
+    /// One tick earlier.
+    Tick,
+}
+
 /// Watches one loop. `N`: the samples' number; `S`: what is summed; `B`: most blocks per window (at most 64);
 /// `C`: channels. The configuration is borrowed and may lie in flash.
+///
+/// Rounding: within 1e-6 relative of a direct sum for `f32` blocks of up to some thousand ticks, however long it
+/// runs; sums of counts are exact.
 #[derive(Debug, Clone)]
 pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> {
     config: &'c Config<N, C>,
-    ring: HistoryBuf<S::Block, B>,
+    /// Closed blocks; once it is full, `oldest` is overwritten. (heapless' own history buffer indexes with a bounds
+    /// check, and with it a panic, that the compiler can't remove.)
+    ring: Vec<S::Block, B, u8>,
+    oldest: u8,
     /// Bit i: the i-th newest block in the ring had enough valid ticks.
     valid_blocks: u64,
     open: S::Block,
-    tick_in_block: u32,
-    valid_in_block: u32,
+    /// The open block's last few ticks, not yet joined.
+    strip: S::Block,
+    /// Ticks left out of the open block so far, and the sum of their positions in it.
+    left_out: u16,
+    time_left_out: u32,
+    /// Valid ticks of the open block whose predecessor is not known.
+    unpaired: u16,
+    tick_in_block: u16,
     blocks_to_hop: u16,
+    link: Link,
     blank_ticks: u32,
-    before: Option<(N, N)>,
+    r_before: N,
+    y_before: N,
     excluded: Excluded,
     hop: u32,
     channels: [ChannelState; C],
@@ -51,8 +80,16 @@ pub type FullMonitor<'c, N, const B: usize> = Monitor<'c, N, Full, B, 3>;
 
 impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, N, S, B, C> {
     /// Bytes that [`Monitor::save`] needs at most.
-    pub const STATE_BYTES: usize =
-        HEADER_BYTES + CHECKSUM_BYTES + 64 + (B + 1) * 2 * size_of::<S::Block>() + C * 52;
+    pub const STATE_BYTES: usize = HEADER_BYTES
+        + FIXED_BYTES
+        + (B + 2) * size_of::<S::Block>()
+        + C * (DETECTOR_BYTES + COURSE_BYTES)
+        + CHECKSUM_BYTES;
+
+    /// Ticks per strip, less one: a power of two near the root of the block's length.
+    const fn strip_mask(block_ticks: u32) -> u32 {
+        if N::EXACT { u16::MAX as u32 } else { (1 << block_ticks.ilog2().div_ceil(2)) - 1 }
+    }
 
     /// A monitor that has seen nothing yet.
     ///
@@ -63,14 +100,20 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         config.validate::<S>(B)?;
         Ok(Self {
             config,
-            ring: HistoryBuf::new(),
+            ring: Vec::new(),
+            oldest: 0,
             valid_blocks: 0,
             open: S::EMPTY,
+            strip: S::EMPTY,
+            left_out: 0,
+            time_left_out: 0,
+            unpaired: 0,
             tick_in_block: 0,
-            valid_in_block: 0,
             blocks_to_hop: config.hop_blocks,
+            link: Link::None,
             blank_ticks: 0,
-            before: None,
+            r_before: N::ZERO,
+            y_before: N::ZERO,
             excluded: Excluded::NONE,
             hop: 0,
             channels: config
@@ -91,11 +134,8 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     #[inline]
     pub fn tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
         match self.admit(r, y, u) {
-            Ok(step) => {
-                S::add(&mut self.open, self.tick_in_block, &step);
-                self.valid_in_block += 1;
-            }
-            Err(why) => self.excluded.count(why),
+            Ok(step) => S::add(&mut self.strip, u32::from(self.tick_in_block), &step),
+            Err(why) => self.leave_out(why),
         }
         self.advance()
     }
@@ -105,13 +145,15 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         match input {
             Input::Sample { r, y, u } => self.tick(r, y, u),
             Input::Manual => {
-                // The loop reopens anywhere: a step across the gap is none of its own.
-                self.before = None;
-                self.excluded.count(Exclusion::Manual);
+                // The loop closes again anywhere: a step across the gap is none of its own.
+                self.link = Link::None;
+                self.blank_ticks = self.blank_ticks.saturating_sub(1);
+                self.leave_out(Exclusion::Manual);
                 self.advance()
             }
             Input::Missing => {
-                self.excluded.count(Exclusion::Missing);
+                self.miss();
+                self.leave_out(Exclusion::Missing);
                 self.advance()
             }
         }
@@ -126,18 +168,20 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         }
     }
 
-    /// The most severe verdict of the last decision's courses.
+    /// The most severe of the channels' courses now: `Healthy`, `Suspect` or `Drift`. That a deviation ended
+    /// ([`Verdict::Disturbance`], [`Verdict::Recovered`]) is said once, in the report.
     pub fn verdict(&self) -> Verdict {
         self.channels.iter().map(|c| c.course.verdict()).max().unwrap_or(Verdict::Healthy)
     }
 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
-        self.ring = HistoryBuf::new();
+        self.ring.clear();
+        self.oldest = 0;
         self.valid_blocks = 0;
         self.start_block();
         self.blocks_to_hop = self.config.hop_blocks;
-        self.before = None;
+        self.link = Link::None;
         self.blank_ticks = 0;
         self.excluded = Excluded::NONE;
     }
@@ -152,9 +196,14 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     #[inline(always)]
     fn admit(&mut self, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
         if !(r.admissible() && y.admissible() && u.admissible()) {
+            self.miss();
             return Err(refusal(r, y, u));
         }
-        let (r_before, y_before) = self.before.replace((r, y)).unwrap_or((r, y));
+        let (link, mut r_before, mut y_before) = (self.link, self.r_before, self.y_before);
+        (self.link, self.r_before, self.y_before) = (Link::Tick, r, y);
+        if link == Link::None {
+            r_before = r;
+        }
         if let Some(blanking) = &self.config.blanking {
             if r.minus(r_before).magnitude() > blanking.reference_step {
                 self.blank_ticks = blanking.ticks;
@@ -167,28 +216,82 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         if self.config.saturation.as_ref().is_some_and(|s| u >= s.u_max || u <= s.u_min) {
             return Err(Exclusion::Saturated);
         }
+        if link != Link::Tick {
+            (r_before, y_before) = (r, y);
+            self.unpaired += 1;
+        }
         Ok(Step { r, y, u, r_before, y_before })
+    }
+
+    /// A tick without a usable sample: time passes.
+    fn miss(&mut self) {
+        if self.link == Link::Tick {
+            self.link = Link::Gap;
+        }
+        self.blank_ticks = self.blank_ticks.saturating_sub(1);
+    }
+
+    fn leave_out(&mut self, why: Exclusion) {
+        self.excluded.count(why);
+        self.left_out += 1;
+        self.time_left_out += u32::from(self.tick_in_block);
     }
 
     #[inline(always)]
     fn advance(&mut self) -> Option<Report<C>> {
-        self.tick_in_block += 1;
-        if self.tick_in_block < self.config.block_ticks { None } else { self.close_block() }
+        let next = u32::from(self.tick_in_block) + 1;
+        if next >= self.config.block_ticks {
+            return self.close_block();
+        }
+        self.tick_in_block = next as u16;
+        if next & Self::strip_mask(self.config.block_ticks) == 0 {
+            self.join_strip();
+        }
+        None
+    }
+
+    #[inline(never)]
+    fn join_strip(&mut self) {
+        S::join(&mut self.open, &self.strip);
+        self.strip = S::EMPTY;
     }
 
     fn start_block(&mut self) {
         self.open = S::EMPTY;
+        self.strip = S::EMPTY;
+        self.left_out = 0;
+        self.time_left_out = 0;
+        self.unpaired = 0;
         self.tick_in_block = 0;
-        self.valid_in_block = 0;
     }
 
-    fn close_block(&mut self) -> Option<Report<C>> {
-        let (valid, whole) = (self.valid_in_block, self.tick_in_block);
-        let enough = valid == whole || valid as f32 >= self.config.min_valid * whole as f32;
-        if enough && valid < whole {
-            S::extrapolate(&mut self.open, valid, whole);
+    fn store(&mut self, block: S::Block) {
+        let Err(block) = self.ring.push(block) else { return };
+        if let Some(oldest) = self.ring.get_mut(usize::from(self.oldest)) {
+            *oldest = block;
         }
-        self.ring.write(self.open);
+        let next = self.oldest.wrapping_add(1);
+        self.oldest = if usize::from(next) < B { next } else { 0 };
+    }
+
+    /// The stored blocks, oldest first.
+    fn stored(&self) -> impl Iterator<Item = &S::Block> {
+        let oldest = usize::from(self.oldest);
+        self.ring.iter().skip(oldest).chain(self.ring.iter().take(oldest))
+    }
+
+    #[inline(never)]
+    fn close_block(&mut self) -> Option<Report<C>> {
+        self.join_strip();
+        let whole = self.config.block_ticks;
+        let valid = whole.saturating_sub(u32::from(self.left_out));
+        let paired = valid.saturating_sub(u32::from(self.unpaired));
+        let enough = valid == whole || valid as f32 >= self.config.min_valid * whole as f32;
+        if enough && paired < whole {
+            let coverage = Coverage { whole, valid, paired, time_left_out: self.time_left_out };
+            S::extrapolate(&mut self.open, &coverage);
+        }
+        self.store(self.open);
         self.valid_blocks = (self.valid_blocks << 1) | u64::from(enough);
         self.start_block();
         self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
@@ -225,22 +328,31 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// Adds the ring up; `None` with too few valid blocks.
     fn window(&self) -> Option<Indices> {
-        let blocks = usize::from(self.config.window_blocks);
-        let mut total = Indices::NOT_KEPT;
-        S::begin(&mut total);
-        let mut valid = 0u32;
-        let older = self.ring.len().saturating_sub(blocks);
-        let mut offset_ticks = 0.0;
-        for (position, block) in self.ring.oldest_ordered().skip(older).enumerate() {
-            let age = blocks.saturating_sub(1 + position) as u32;
-            if self.valid_blocks.wrapping_shr(age) & 1 == 1 {
-                S::fold(&mut total, block, offset_ticks);
-                valid += 1;
-            }
-            offset_ticks += self.config.block_ticks as f32;
-        }
+        let blocks = u32::from(self.config.window_blocks);
+        let block_is_valid =
+            |place: u32| self.valid_blocks.wrapping_shr(blocks.saturating_sub(1 + place)) & 1 == 1;
+        let valid = (0..blocks).filter(|&place| block_is_valid(place)).count() as u32;
         if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
             return None;
+        }
+        // A block left out is taken as the mean of the valid ones at its own place: `fill` scales the sums, and
+        // for those that are weighted with time each valid block also stands at the places left out.
+        let places_left_out: u32 = (0..blocks).filter(|&place| !block_is_valid(place)).sum();
+        let offset_ticks = |place: u32| {
+            let stands_at = if valid == blocks {
+                place as f32
+            } else {
+                (valid * place + places_left_out) as f32 / blocks as f32
+            };
+            stands_at * self.config.block_ticks as f32
+        };
+        let mut total = Indices::NOT_KEPT;
+        S::begin(&mut total);
+        let older = self.ring.len().saturating_sub(blocks as usize);
+        for (place, block) in (0..blocks).zip(self.stored().skip(older)) {
+            if block_is_valid(place) {
+                S::fold(&mut total, block, offset_ticks(place));
+            }
         }
         let by = Scale {
             tick_s: self.config.sample_time_s,
@@ -271,18 +383,20 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         Writer::envelope(into, self.owner(), |to| {
             to.u16(self.ring.len() as u16);
             to.u64(self.valid_blocks);
-            to.u32(self.tick_in_block);
-            to.u32(self.valid_in_block);
+            to.u16(self.tick_in_block);
+            to.u16(self.left_out);
+            to.u32(self.time_left_out);
+            to.u16(self.unpaired);
             to.u16(self.blocks_to_hop);
             to.u32(self.blank_ticks);
-            to.u8(u8::from(self.before.is_some()));
-            let (r, y) = self.before.unwrap_or((N::ZERO, N::ZERO));
-            to.u32(r.to_word());
-            to.u32(y.to_word());
+            to.u8(self.link as u8);
+            to.u32(self.r_before.to_word());
+            to.u32(self.y_before.to_word());
             self.excluded.as_array().into_iter().for_each(|n| to.u16(n));
             to.u32(self.hop);
             S::write(&self.open, to);
-            self.ring.oldest_ordered().for_each(|block| S::write(block, to));
+            S::write(&self.strip, to);
+            self.stored().for_each(|block| S::write(block, to));
             for channel in &self.channels {
                 channel.detectors.write(to);
                 channel.course.write(to);
@@ -309,13 +423,20 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     fn read(&mut self, from: &mut Reader<'_>) -> Option<()> {
         let blocks = usize::from(from.u16()?);
         self.valid_blocks = from.u64()?;
-        self.tick_in_block = from.u32()?;
-        self.valid_in_block = from.u32()?;
+        self.tick_in_block = from.u16()?;
+        self.left_out = from.u16()?;
+        self.time_left_out = from.u32()?;
+        self.unpaired = from.u16()?;
         self.blocks_to_hop = from.u16()?;
         self.blank_ticks = from.u32()?;
-        let known = from.u8()? == 1;
-        let before = (N::from_word(from.u32()?), N::from_word(from.u32()?));
-        self.before = known.then_some(before);
+        self.link = match from.u8()? {
+            0 => Link::None,
+            1 => Link::Gap,
+            2 => Link::Tick,
+            _ => return None,
+        };
+        self.r_before = N::from_word(from.u32()?);
+        self.y_before = N::from_word(from.u32()?);
         let mut counts = [0u16; 6];
         for count in &mut counts {
             *count = from.u16()?;
@@ -323,20 +444,39 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.excluded = Excluded::from_array(counts);
         self.hop = from.u32()?;
         self.open = S::read(from)?;
+        self.strip = S::read(from)?;
+        if blocks > B {
+            return None;
+        }
         for _ in 0..blocks {
-            self.ring.write(S::read(from)?);
+            self.store(S::read(from)?);
         }
-        for channel in &mut self.channels {
-            channel.detectors = DetectorStates::read(from)?;
-            channel.course = Course::read(from)?;
+        for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
+            state.detectors =
+                DetectorStates::read(from).filter(|states| channel.detectors.possible(states))?;
+            state.course = Course::read(from).filter(|course| course.possible(&self.config.decision))?;
         }
-        let sane = blocks <= B
-            && self.tick_in_block < self.config.block_ticks
-            && self.valid_in_block <= self.tick_in_block
+        self.possible().then_some(())
+    }
+
+    /// What only damage beyond the checksum, or another program, could have written.
+    fn possible(&self) -> bool {
+        let left_out = u32::from(self.left_out);
+        u32::from(self.tick_in_block) < self.config.block_ticks
+            && left_out + u32::from(self.unpaired) <= u32::from(self.tick_in_block)
+            && self.time_left_out <= left_out * u32::from(self.tick_in_block)
             && (1..=self.config.hop_blocks).contains(&self.blocks_to_hop)
-            && before.0.admissible()
-            && before.1.admissible();
-        sane.then_some(())
+            && self.blank_ticks <= self.config.blanking.as_ref().map_or(0, |b| b.ticks)
+            && self.r_before.admissible()
+            && self.y_before.admissible()
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<N: Number, S: IndexSet<N>, const B: usize, const C: usize> defmt::Format for Monitor<'_, N, S, B, C> {
+    /// Where it stands; the sums are no reading for a log.
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Monitor {{ hop: {}, verdict: {} }}", self.hop, self.verdict());
     }
 }
 

@@ -1,7 +1,9 @@
 //! The two kinds of sample numbers: `f32` in engineering units, `i32` in converter counts.
 //!
-//! Sums of `f32` are `f32` (bounded by the block ring, see [`crate::window`]); sums of counts are `i64` and
+//! Sums of `f32` are `f32` (their rounding is bounded by strips and the block ring, see [`crate::Monitor`]); sums of counts are `i64` and
 //! exact. On cores without an FPU the second costs 6 to 20 times fewer instructions per tick.
+
+use crate::store::{Reader, Writer};
 
 /// A sample's number. Sealed: implemented for `f32` and `i32`.
 pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'static {
@@ -16,6 +18,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     const LIMIT: Self;
     /// Ticks that a block may hold when it sums `t*e^2`, the index that grows fastest.
     const MAX_BLOCK_TICKS_WEIGHTED: u32;
+    /// Sums do not round: strips would buy nothing.
+    const EXACT: bool;
     /// Marks the number's type in saved state.
     const TAG: u8;
 
@@ -37,6 +41,8 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn add_weighted(self, weight: u32, sum: &mut Self::Sum);
     /// `sum += weight*self^2`.
     fn add_weighted_square(self, weight: u32, sum: &mut Self::Sum);
+    /// `a + b`.
+    fn join(a: Self::Sum, b: Self::Sum) -> Self::Sum;
     /// `sum*whole/part`: what the sum would be, had all of a block's ticks been valid.
     fn extrapolate(sum: Self::Sum, part: u32, whole: u32) -> Self::Sum;
     /// The sum as `f32`, to be scaled at the hop.
@@ -47,10 +53,10 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn to_word(self) -> u32;
     /// From 32 bits.
     fn from_word(word: u32) -> Self;
-    /// The sum's 64 bits (the upper half is zero for `f32`).
-    fn sum_to_word(sum: Self::Sum) -> u64;
-    /// From 64 bits.
-    fn sum_from_word(word: u64) -> Self::Sum;
+    /// Saves a sum.
+    fn write_sum(sum: Self::Sum, to: &mut Writer<'_>);
+    /// Restores a sum; `None` past the end, or if it is not finite.
+    fn read_sum(from: &mut Reader<'_>) -> Option<Self::Sum>;
 }
 
 mod sealed {
@@ -64,7 +70,8 @@ impl Number for f32 {
     const NOTHING: f32 = 0.0;
     const ZERO: f32 = 0.0;
     const LIMIT: f32 = 1e13;
-    const MAX_BLOCK_TICKS_WEIGHTED: u32 = 1 << 16;
+    const MAX_BLOCK_TICKS_WEIGHTED: u32 = u16::MAX as u32;
+    const EXACT: bool = false;
     const TAG: u8 = 1;
 
     #[inline(always)]
@@ -111,6 +118,10 @@ impl Number for f32 {
         *sum += weight as f32 * (self * self);
     }
     #[inline]
+    fn join(a: f32, b: f32) -> f32 {
+        a + b
+    }
+    #[inline]
     fn extrapolate(sum: f32, part: u32, whole: u32) -> f32 {
         sum * (whole as f32 / part.max(1) as f32)
     }
@@ -128,11 +139,11 @@ impl Number for f32 {
     fn from_word(word: u32) -> Self {
         Self::from_bits(word)
     }
-    fn sum_to_word(sum: f32) -> u64 {
-        u64::from(sum.to_bits())
+    fn write_sum(sum: f32, to: &mut Writer<'_>) {
+        to.f32(sum);
     }
-    fn sum_from_word(word: u64) -> f32 {
-        f32::from_bits(word as u32)
+    fn read_sum(from: &mut Reader<'_>) -> Option<f32> {
+        from.f32()
     }
 }
 
@@ -143,6 +154,7 @@ impl Number for i32 {
     // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j < 2048 stays below 2^63.
     const LIMIT: i32 = (1 << 20) - 1;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2048;
+    const EXACT: bool = true;
     const TAG: u8 = 2;
 
     #[inline(always)]
@@ -182,6 +194,10 @@ impl Number for i32 {
     fn add_weighted_square(self, weight: u32, sum: &mut i64) {
         *sum = sum.wrapping_add((i64::from(self) * i64::from(self)).wrapping_mul(i64::from(weight)));
     }
+    #[inline]
+    fn join(a: i64, b: i64) -> i64 {
+        a.saturating_add(b)
+    }
     fn extrapolate(sum: i64, part: u32, whole: u32) -> i64 {
         let (part, whole) = (i64::from(part.max(1)), i64::from(whole));
         // Whole part and remainder apart: the product of the sum itself could overflow.
@@ -201,11 +217,11 @@ impl Number for i32 {
     fn from_word(word: u32) -> Self {
         word as i32
     }
-    fn sum_to_word(sum: i64) -> u64 {
-        sum as u64
+    fn write_sum(sum: i64, to: &mut Writer<'_>) {
+        to.u64(sum as u64);
     }
-    fn sum_from_word(word: u64) -> i64 {
-        word as i64
+    fn read_sum(from: &mut Reader<'_>) -> Option<i64> {
+        from.u64().map(|word| word as i64)
     }
 }
 

@@ -65,6 +65,7 @@ pub(crate) struct Owner {
 
 /// Writes little-endian words into a borrowed buffer; what does not fit is remembered, not written.
 #[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Writer<'a> {
     buffer: &'a mut [u8],
     at: usize,
@@ -132,6 +133,7 @@ impl<'a> Writer<'a> {
 
 /// Reads them back; `None` past the end.
 #[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reader<'a> {
     bytes: &'a [u8],
 }

@@ -69,6 +69,10 @@ impl Cusum {
         Some(side)
     }
 
+    pub(crate) fn possible(&self, state: &CusumState) -> bool {
+        [state.high, state.low].into_iter().all(|sum| (0.0..=self.h).contains(&sum))
+    }
+
     pub(crate) fn valid(&self) -> bool {
         self.k.is_finite()
             && self.k >= 0.0

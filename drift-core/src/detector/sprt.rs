@@ -74,10 +74,15 @@ impl Sprt {
     fn advance(&self, ratio: &mut f32, increment: f32) -> bool {
         *ratio += increment;
         let alarm = *ratio >= self.upper;
-        if alarm || *ratio <= self.lower {
+        // NaN, the difference of two overflows, starts anew as well: no state may stay poisoned.
+        if alarm || ratio.is_nan() || *ratio <= self.lower {
             *ratio = 0.0;
         }
         alarm
+    }
+
+    pub(crate) fn possible(&self, state: &SprtState) -> bool {
+        [state.high, state.low].into_iter().all(|ratio| ratio > self.lower && ratio < self.upper)
     }
 
     pub(crate) fn valid(&self) -> bool {

@@ -23,15 +23,12 @@ const FINALISTS: usize = 7;
 
 /// Fits every kind; the finalists first, by falling likelihood.
 pub fn fit_all(trials: &[Vec<Trial>], signals: &Signals) -> Vec<Candidate> {
-    let mut looked: Vec<Candidate> =
-        trials.par_iter().filter_map(|trials| look(trials, signals)).collect();
+    let mut looked: Vec<Candidate> = trials.par_iter().filter_map(|trials| look(trials, signals)).collect();
     sort(&mut looked);
     let finish = looked.len().min(FINALISTS);
     let rest = looked.split_off(finish);
-    let mut finished: Vec<Candidate> = looked
-        .into_par_iter()
-        .map(|c| Candidate { fit: polish(c.fit, signals), ..c })
-        .collect();
+    let mut finished: Vec<Candidate> =
+        looked.into_par_iter().map(|c| Candidate { fit: polish(c.fit, signals), ..c }).collect();
     sort(&mut finished);
     finished.extend(rest);
     finished

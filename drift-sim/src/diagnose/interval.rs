@@ -12,7 +12,8 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
     let nothing = || vec![f64::INFINITY; fit.model.x.len()];
     let Some(jacobian) = fit.derivative(signals) else { return nothing() };
     let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
-    let alive: Vec<usize> = (0..lengths.len()).filter(|i| lengths.get(*i).is_some_and(|l| *l > 0.0)).collect();
+    let alive: Vec<usize> =
+        (0..lengths.len()).filter(|i| lengths.get(*i).is_some_and(|l| *l > 0.0)).collect();
     let mut scaled = jacobian.select_columns(&alive);
     for (mut column, i) in scaled.column_iter_mut().zip(&alive) {
         column /= lengths.get(*i).copied().unwrap_or(1.0);
@@ -30,7 +31,13 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
             .zip(decomposition.eigenvectors.column_iter())
             .map(|(value, vector)| {
                 let part = vector[row] * vector[row];
-                if *value > 1e-13 * largest { part / value } else if part > 1e-6 { f64::INFINITY } else { 0.0 }
+                if *value > 1e-13 * largest {
+                    part / value
+                } else if part > 1e-6 {
+                    f64::INFINITY
+                } else {
+                    0.0
+                }
             })
             .sum();
         let length = lengths.get(*i).copied().unwrap_or(1.0);

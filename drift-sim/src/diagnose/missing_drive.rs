@@ -107,7 +107,8 @@ fn drive_scale(plant: &StateSpace, error: &[f64], sample_time_s: f64) -> f64 {
     for _ in 0..error.len().min(5000) {
         x = (0..n)
             .map(|row| {
-                let moved: f64 = (0..n).map(|k| held.phi.get(row * n + k).copied().unwrap_or(0.0) * x[k]).sum();
+                let moved: f64 =
+                    (0..n).map(|k| held.phi.get(row * n + k).copied().unwrap_or(0.0) * x[k]).sum();
                 moved + held.gamma.get(row).copied().unwrap_or(0.0)
             })
             .collect();

@@ -32,8 +32,8 @@ pub fn find(white: &[f64]) -> Option<NoiseChange> {
     let gain_at = |at: usize| {
         let before = cumulated.get(at).copied().unwrap_or(0.0);
         let (n1, n2) = (at as f64, (n - at) as f64);
-        let parts = n1 * libm::log((before / n1).max(1e-300))
-            + n2 * libm::log(((total - before) / n2).max(1e-300));
+        let parts =
+            n1 * libm::log((before / n1).max(1e-300)) + n2 * libm::log(((total - before) / n2).max(1e-300));
         0.5 * (whole - parts)
     };
     let at = (margin..n - margin).max_by(|a, b| gain_at(*a).total_cmp(&gain_at(*b)))?;

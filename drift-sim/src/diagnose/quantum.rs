@@ -36,8 +36,9 @@ mod tests {
 
     #[test]
     fn a_grid_is_found_behind_rounded_text() {
-        let y: Vec<f64> =
-            (0..5000).map(|i| ((libm::sin(0.01 * f64::from(i)) / 0.0371).round() * 0.0371 * 1e6).round() / 1e6).collect();
+        let y: Vec<f64> = (0..5000)
+            .map(|i| ((libm::sin(0.01 * f64::from(i)) / 0.0371).round() * 0.0371 * 1e6).round() / 1e6)
+            .collect();
         assert!((step(&y).unwrap() / 0.0371 - 1.0).abs() < 1e-4);
     }
 

@@ -202,7 +202,12 @@ fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> V
     let mut starts: Vec<Vec<f64>> = Vec::new();
     for parameters in signatures.iter().flat_map(|s| (kind.starts)(s)) {
         // What only differs in sign is found from either side by the closed-form size.
-        let flipped = |other: &Vec<f64>| other.len() == 1 && kind.begins != Begins::Start && parameters.len() == 1 && other[0] == -parameters[0];
+        let flipped = |other: &Vec<f64>| {
+            other.len() == 1
+                && kind.begins != Begins::Start
+                && parameters.len() == 1
+                && other[0] == -parameters[0]
+        };
         if !starts.iter().any(|other| *other == parameters || flipped(other)) {
             starts.push(parameters);
         }
@@ -212,7 +217,12 @@ fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> V
     for parameters in &starts {
         let sizes: &[f64] = if kind.begins == Begins::Start && starts.len() < 12 { &FACTORS } else { &[1.0] };
         for factor in sizes {
-            let term = Term { kind, parameters: resized(kind, parameters, *factor), onset_s: 0.0, spans: Vec::new() };
+            let term = Term {
+                kind,
+                parameters: resized(kind, parameters, *factor),
+                onset_s: 0.0,
+                spans: Vec::new(),
+            };
             if term.check().is_err() {
                 continue;
             }
@@ -233,7 +243,11 @@ fn is_size(unit: &str) -> bool {
 }
 
 fn resized(kind: &Kind, parameters: &[f64], factor: f64) -> Vec<f64> {
-    kind.parameters.iter().zip(parameters).map(|(p, v)| if is_size(p.unit) { v * factor } else { *v }).collect()
+    kind.parameters
+        .iter()
+        .zip(parameters)
+        .map(|(p, v)| if is_size(p.unit) { v * factor } else { *v })
+        .collect()
 }
 
 /// The term at another size, where its effect is about in proportion to that; ratios are scaled about one.

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod design;
+mod diagnose;
 #[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
 mod progress;
 #[allow(dead_code, reason = "flattened into the commands that read recordings")]
@@ -23,6 +24,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Design(design::Arguments),
+    Diagnose(diagnose::Arguments),
     Simulate(simulate::Arguments),
 }
 
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
         Command::Design(arguments) => design::run(arguments),
+        Command::Diagnose(arguments) => diagnose::run(arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
     };
     match done {

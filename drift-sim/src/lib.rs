@@ -2,13 +2,17 @@
 //! others, and reproduces the paper that the method comes from.
 #![forbid(unsafe_code)]
 
+pub mod baseline_file;
+pub mod calibrate;
 pub mod control_loop;
 pub mod controller;
 pub mod design;
 pub mod diagnose;
 pub mod error;
 pub mod loop_file;
+pub mod monitor;
 pub mod output;
+pub mod paper;
 pub mod physics;
 pub mod plant;
 pub mod plot;

@@ -16,7 +16,7 @@ mod cusum;
 mod estimated;
 mod joint;
 mod linear_drift;
-mod normal;
+pub(crate) mod normal;
 mod quadratic_walk;
 mod quadrature;
 mod root;

@@ -1,11 +1,13 @@
 //! The command `drift`: one file a command; each reads its arguments, calls the library and prints.
 #![forbid(unsafe_code)]
 
+mod calibrate;
+mod demo;
 mod design;
 mod diagnose;
-#[allow(dead_code, reason = "each command that takes long shows its own kind of progress")]
+mod monitor;
+mod paper;
 mod progress;
-#[allow(dead_code, reason = "flattened into the commands that read recordings")]
 mod recording_arguments;
 mod simulate;
 
@@ -23,18 +25,26 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::Arguments),
+    Simulate(simulate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
+    Monitor(monitor::Arguments),
     Design(design::Arguments),
     Diagnose(diagnose::Arguments),
-    Simulate(simulate::Arguments),
+    Paper(paper::Arguments),
 }
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(arguments),
     };
     match done {
         Ok(code) => code,

@@ -1,0 +1,117 @@
+//! The configuration as Rust source, for a firmware that holds its baseline in flash.
+
+use drift_core::{Channel, ChannelKind, Index};
+
+use super::{BaselineFile, ChannelEntry};
+
+pub(super) fn write(file: &BaselineFile) -> String {
+    let (timing, samples, decision) = (&file.timing, &file.samples, &file.decision);
+    let saturation = option(samples.saturation.as_ref(), |s| {
+        format!("drift_core::Saturation {{ u_min: {:?}, u_max: {:?} }}", s.u_min, s.u_max)
+    });
+    let blanking = option(samples.blanking.as_ref(), |b| {
+        format!("drift_core::Blanking {{ reference_step: {:?}, ticks: {} }}", b.reference_step, b.ticks)
+    });
+    let channels: String = file.channels.iter().map(channel).collect();
+    format!(
+        "/// The healthy loop's baseline, from `drift calibrate`.
+pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {{
+    sample_time_s: {:?},
+    block_ticks: {},
+    window_blocks: {},
+    hop_blocks: {},
+    min_valid: {:?},
+    y_unit: 1.0,
+    u_unit: 1.0,
+    saturation: {saturation},
+    blanking: {blanking},
+    decision: drift_core::Decision {{ confirm_hops: {}, log_odds: {:?}, smallest_shift: {:?} }},
+    channels: [
+{channels}    ],
+}};
+",
+        timing.sample_time_s,
+        timing.block_ticks,
+        timing.window_blocks,
+        timing.hop_blocks,
+        samples.min_valid,
+        decision.confirm_hops,
+        decision.log_odds,
+        decision.smallest_shift,
+    )
+}
+
+fn channel(entry: &ChannelEntry) -> String {
+    let kind = kind(entry.channel.kind);
+    if !entry.learned() {
+        return format!("        drift_core::Channel::unlearned({kind}),\n");
+    }
+    let b = &entry.channel.baseline;
+    format!(
+        "        drift_core::Channel {{
+            kind: {kind},
+            baseline: drift_core::Baseline {{
+                b0: {:?},
+                b1: {:?},
+                sigma: {:?},
+                windows: {:?},
+                x_mean: {:?},
+                x_ss: {:?},
+                x_min: {:?},
+                x_max: {:?},
+            }},
+            detectors: drift_core::Detectors {{
+{}            }},
+        }},
+",
+        b.b0,
+        b.b1,
+        b.sigma,
+        b.windows,
+        b.x_mean,
+        b.x_ss,
+        b.x_min,
+        b.x_max,
+        detectors(&entry.channel),
+    )
+}
+
+fn detectors(channel: &Channel) -> String {
+    let d = &channel.detectors;
+    let shewhart = option(d.shewhart.as_ref(), |d| {
+        format!("drift_core::Shewhart {{ lower: {:?}, upper: {:?} }}", d.lower, d.upper)
+    });
+    let cusum = option(d.cusum.as_ref(), |d| {
+        format!("drift_core::Cusum {{ k: {:?}, h: {:?}, head_start: {:?} }}", d.k, d.h, d.head_start)
+    });
+    let sprt = option(d.sprt.as_ref(), |d| {
+        format!(
+            "drift_core::Sprt {{ constant: {:?}, linear: {:?}, quadratic: {:?}, upper: {:?}, lower: {:?} }}",
+            d.constant, d.linear, d.quadratic, d.upper, d.lower
+        )
+    });
+    let indent = "                ";
+    format!("{indent}shewhart: {shewhart},\n{indent}cusum: {cusum},\n{indent}sprt: {sprt},\n")
+}
+
+fn kind(kind: ChannelKind) -> String {
+    let name = match kind {
+        ChannelKind::EnergyError(index) => {
+            let index = match index {
+                Index::Iae => "Iae",
+                Index::Ise => "Ise",
+                Index::Itae => "Itae",
+                Index::Itse => "Itse",
+            };
+            return format!("drift_core::ChannelKind::EnergyError(drift_core::Index::{index})");
+        }
+        ChannelKind::Effort => "Effort",
+        ChannelKind::MotionEffort => "MotionEffort",
+        ChannelKind::Activity => "Activity",
+    };
+    format!("drift_core::ChannelKind::{name}")
+}
+
+fn option<T>(of: Option<&T>, write: impl FnOnce(&T) -> String) -> String {
+    of.map_or("None".to_owned(), |x| format!("Some({})", write(x)))
+}

@@ -1,0 +1,176 @@
+//! `drift calibrate`: from healthy recordings to a baseline with thresholds for a wanted time between false alarms.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use drift_core::Index;
+use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
+use drift_sim::recording::Recording;
+use drift_sim::{Error, Result, output};
+
+use crate::recording_arguments::RecordingArguments;
+
+/// Learns what healthy looks like: each channel's line, and thresholds for a wanted time between false alarms.
+#[derive(Args)]
+pub struct Arguments {
+    /// Healthy recordings of one loop, all of one sample time
+    #[arg(value_name = "HEALTHY.csv", required = true)]
+    recordings: Vec<PathBuf>,
+    /// Where the baseline is written; `-` for standard output
+    #[arg(short, long, value_name = "BASELINE.toml")]
+    output: PathBuf,
+    /// Window in seconds; by default 20 correlation times of the loop
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    window: Option<f64>,
+    /// From one decision to the next in seconds; by default the window
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    hop: Option<f64>,
+    /// Error index of the energy_error channel
+    #[arg(long, value_enum, default_value_t = IndexName::Iae)]
+    index: IndexName,
+    /// Wanted mean time between false alarms of all channels and detectors together
+    #[arg(long, value_name = "HOURS", default_value_t = 24.0, allow_negative_numbers = true)]
+    false_alarm_every: f64,
+    /// Share of all calibrations like this one that keep it
+    #[arg(long, value_name = "C", default_value_t = 0.9)]
+    confidence: f64,
+    /// What is judged
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Channel::EnergyError, Channel::Effort, Channel::Activity])]
+    channels: Vec<Channel>,
+    /// Effort to hold y, or, for a plant that integrates, along the motion
+    #[arg(long, value_enum, default_value_t = Effort::Holding)]
+    effort: Effort,
+    /// What watches each channel
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Detector::Shewhart, Detector::Cusum])]
+    detectors: Vec<Detector>,
+    /// The CUSUM's reference value: half the shift to be found, in sigmas
+    #[arg(long, value_name = "K", default_value_t = 0.5)]
+    k: f64,
+    /// Limits of u: samples at or beyond them are left out
+    #[arg(long, value_name = "LO,HI", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    saturation: Vec<f64>,
+    /// A change of r beyond this is a step, after which samples are left out
+    #[arg(long, value_name = "X", requires = "blank")]
+    blank_step: Option<f64>,
+    /// For how long, in seconds
+    #[arg(long, value_name = "S", requires = "blank_step")]
+    blank: Option<f64>,
+    /// Decisions after an alarm before a drift can be confirmed
+    #[arg(long, value_name = "HOPS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
+    confirm: u16,
+    /// Also as a Rust constant
+    #[arg(long, value_name = "F.rs")]
+    rust: Option<PathBuf>,
+    /// Also as a C99 header
+    #[arg(long, value_name = "F.h")]
+    c: Option<PathBuf>,
+    /// All numbers of the calibration as JSON
+    #[arg(long, value_name = "F.json")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    recording: RecordingArguments,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum IndexName {
+    Iae,
+    Ise,
+    Itae,
+    Itse,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Channel {
+    EnergyError,
+    Effort,
+    Activity,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Effort {
+    Holding,
+    Motion,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Detector {
+    Shewhart,
+    Cusum,
+    Sprt,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let options = options(arguments)?;
+    let outputs =
+        [Some(&arguments.output), arguments.rust.as_ref(), arguments.c.as_ref(), arguments.json.as_ref()];
+    let to_standard = outputs.iter().flatten().filter(|path| path.as_path() == Path::new("-")).count();
+    if to_standard > 1 {
+        return Err(Error::new("two outputs are '-'").allowed("one at most"));
+    }
+    let read = arguments.recording.read_options();
+    let recordings =
+        arguments.recordings.iter().map(|path| Recording::read(path, &read)).collect::<Result<Vec<_>>>()?;
+    let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
+    let calibration =
+        calibrate::calibrate(&signals, &options).map_err(|error| match arguments.recordings.as_slice() {
+            [only] => error.in_file(only),
+            _ => error,
+        })?;
+    let file = &calibration.file;
+    output::write_text(&arguments.output, &file.to_toml())?;
+    if let Some(path) = &arguments.rust {
+        output::write_text(path, &file.to_rust_const())?;
+    }
+    if let Some(path) = &arguments.c {
+        output::write_text(path, &file.to_c_initialiser())?;
+    }
+    if let Some(path) = &arguments.json {
+        let text = serde_json::to_string_pretty(&calibration.to_json())
+            .map_err(|e| Error::new(format!("JSON can't be written: {e}")))?;
+        output::write_text(path, &format!("{text}\n"))?;
+    }
+    if to_standard == 0 {
+        output::write_text(Path::new("-"), &calibration.to_text())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn options(arguments: &Arguments) -> Result<Options> {
+    let saturation = match arguments.saturation.as_slice() {
+        [] => None,
+        [low, high] if low < high => Some([*low, *high]),
+        _ => return Err(Error::new("--saturation").allowed("LO,HI with LO below HI")),
+    };
+    let has = |detector: Detector| arguments.detectors.contains(&detector);
+    Ok(Options {
+        window_s: arguments.window,
+        hop_s: arguments.hop,
+        index: match arguments.index {
+            IndexName::Iae => Index::Iae,
+            IndexName::Ise => Index::Ise,
+            IndexName::Itae => Index::Itae,
+            IndexName::Itse => Index::Itse,
+        },
+        false_alarm_every_h: arguments.false_alarm_every,
+        confidence: arguments.confidence,
+        channels: [Channel::EnergyError, Channel::Effort, Channel::Activity]
+            .map(|channel| arguments.channels.contains(&channel)),
+        effort: match arguments.effort {
+            Effort::Holding => calibrate::Effort::Holding,
+            Effort::Motion => calibrate::Effort::Motion,
+        },
+        detectors: DetectorChoice {
+            shewhart: has(Detector::Shewhart),
+            cusum: has(Detector::Cusum),
+            sprt: has(Detector::Sprt),
+        },
+        k: arguments.k,
+        saturation,
+        blanking: arguments.blank_step.zip(arguments.blank),
+        confirm_hops: arguments.confirm,
+        ..Options::default()
+    })
+}

@@ -1,0 +1,107 @@
+//! `drift demo`: the whole path on a made recording. An oven's thermometer begins to drift; the controller hides it from
+//! r and y, and the effort channel finds it.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use drift_sim::calibrate::{Options, Signals, calibrate};
+use drift_sim::control_loop::Loop;
+use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, screen, watch};
+use drift_sim::physics::Term;
+use drift_sim::recording::{ReadOptions, RecordingStream, uniform_times_s, write_csv};
+use drift_sim::reference::Reference;
+use drift_sim::simulate::{Start, Trace, simulate};
+use drift_sim::{Error, Result, output};
+
+const OVEN: &str = include_str!("../../../../examples/loops/oven.toml");
+const HOUR_S: f64 = 3600.0;
+const HEALTHY_S: f64 = 21.0 * 24.0 * HOUR_S;
+const MONITORED_S: f64 = 72.0 * HOUR_S;
+const ONSET_S: f64 = 24.0 * HOUR_S;
+const DRIFT_PER_HOUR: f64 = 0.1;
+
+/// Shows the whole path on a made recording: a hidden sensor drift, caught.
+#[derive(Args)]
+pub struct Arguments {
+    /// Folder for the recording, the baseline and the picture; made if missing
+    #[arg(long, value_name = "DIR", default_value = "drift-demo")]
+    out: PathBuf,
+    /// All noise and the set-points follow from this number
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let folder = &arguments.out;
+    fs::create_dir_all(folder).map_err(|e| Error::new(format!("can't be made: {e}")).in_file(folder))?;
+    let oven = Loop::parse(OVEN, "oven.toml")?;
+    let drifting = oven.clone().with(
+        Term::new("sensor_drift", &[("rate_per_s", DRIFT_PER_HOUR / HOUR_S), ("noise_growth_per_s", 0.0)])?
+            .from_s(ONSET_S),
+    );
+
+    let (healthy_r, healthy) = run_oven(&oven, HEALTHY_S, arguments.seed)?;
+    let (r, run) = run_oven(&drifting, MONITORED_S, arguments.seed.wrapping_add(1))?;
+    let [recording, baseline_path, picture] =
+        ["recording.csv", "baseline.toml", "demo.svg"].map(|name| folder.join(name));
+    let t = uniform_times_s(0.0, oven.sample_time_s, r.len());
+    write_csv(&recording, &[("t", &t), ("r", &r), ("y", &run.y), ("u", &run.u)])?;
+
+    let signals = Signals {
+        name: "three healthy weeks",
+        sample_time_s: oven.sample_time_s,
+        r: &healthy_r,
+        y: &healthy.y,
+        u: &healthy.u,
+        state: None,
+    };
+    let options =
+        Options { window_s: Some(0.5 * HOUR_S), false_alarm_every_h: 30.0 * 24.0, ..Options::default() };
+    let baseline = calibrate(&[signals], &options)?.file;
+    output::write_text(&baseline_path, &baseline.to_toml())?;
+
+    let config = baseline.config()?;
+    let mut chart = Chart::new(&config);
+    let mut stream = RecordingStream::open(&recording, &ReadOptions::default())?;
+    let outputs = Outputs { chart: Some(&mut chart), ..Outputs::default() };
+    let summary = watch(&mut stream, &config, outputs).map_err(|stopped| match stopped {
+        Stopped::Input(error) => error,
+        Stopped::Writing(error) => Error::new(format!("can't be written: {error}")),
+    })?;
+    chart.figure(&summary).write_svg(&picture)?;
+
+    println!(
+        "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:",
+        ONSET_S / HOUR_S
+    );
+    println!("by the end the oven is {:.1} degC off, and y still shows the set-point.\n", true_offset(&run));
+    print!("{}", screen(&summary, baseline.promise.as_ref()));
+    println!(
+        "\nrecording  {}\nbaseline   {}\npicture    {}",
+        recording.display(),
+        baseline_path.display(),
+        picture.display()
+    );
+    let caught = summary.reaches(FailOn::Suspect);
+    Ok(if caught { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The oven over random set-points, each held for half an hour.
+fn run_oven(oven: &Loop, duration_s: f64, seed: u64) -> Result<(Vec<f64>, Trace)> {
+    let ticks = (duration_s / oven.sample_time_s) as usize;
+    let hold_ticks = (0.5 * HOUR_S / oven.sample_time_s) as u64;
+    let r = Reference::random(60.0, 2.0, hold_ticks, seed).take_samples(ticks);
+    let first = r.first().copied().unwrap_or(60.0);
+    let holding = (first - oven.plant.drive_offset()) / oven.plant.drive_gain();
+    let trace = simulate(oven, &r, &[], seed, Some(&Start::held(first, holding)))?;
+    Ok((r, trace))
+}
+
+/// How far the true temperature is from the one shown, over the last hour.
+fn true_offset(run: &Trace) -> f64 {
+    let last = run.y.iter().zip(&run.true_y).rev().take(720);
+    let (sum, count) = last.fold((0.0, 0.0), |(sum, n), (y, truth)| (sum + y - truth, n + 1.0));
+    sum / f64::max(count, 1.0)
+}

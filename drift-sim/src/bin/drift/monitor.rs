@@ -1,0 +1,124 @@
+//! `drift monitor`: runs drift-core's own monitor over a recording and says what it found.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use drift_core::Config;
+use drift_sim::baseline_file::BaselineFile;
+use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, screen, watch};
+use drift_sim::recording::RecordingStream;
+use drift_sim::{Error, Result, output};
+
+use crate::progress::Progress;
+use crate::recording_arguments::RecordingArguments;
+
+/// Runs the monitor over a recording: tells disturbances from drift, and where they are.
+///
+/// Exit code 3 where --fail-on's level is reached.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (CSV); - is standard input
+    recording: PathBuf,
+    /// What the healthy loop looks like, from `drift calibrate`
+    #[arg(long, value_name = "BASELINE.toml")]
+    baseline: PathBuf,
+    /// Write every decision as a line of JSON and the summary as the last; - is standard output, and nothing else is
+    /// printed then
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Draw the signals, the residuals and the events
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// Exit with code 3 at any event (disturbance), at one that is still open or a drift (suspect), or at a drift only
+    #[arg(long, value_enum, value_name = "LEVEL")]
+    fail_on: Option<Level>,
+    #[command(flatten)]
+    reading: RecordingArguments,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Level {
+    Disturbance,
+    Suspect,
+    Drift,
+}
+
+impl From<Level> for FailOn {
+    fn from(level: Level) -> Self {
+        match level {
+            Level::Disturbance => Self::Disturbance,
+            Level::Suspect => Self::Suspect,
+            Level::Drift => Self::Drift,
+        }
+    }
+}
+
+pub fn run(arguments: Arguments) -> Result<ExitCode> {
+    let standard_output = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
+    if standard_output(&arguments.json) && standard_output(&arguments.plot) {
+        return Err(Error::new("--json and --plot can't both be standard output"));
+    }
+    let baseline = BaselineFile::read(&arguments.baseline)?;
+    let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
+    let mut stream = RecordingStream::open(&arguments.recording, &arguments.reading.read_options())?;
+    let mut chart = arguments.plot.as_ref().map(|_| Chart::new(&config));
+    let Some(summary) = watch_all(&mut stream, &config, chart.as_mut(), arguments.json.as_deref())? else {
+        // The reader of standard output has gone: what it would have been told is nobody's business any more.
+        return Ok(ExitCode::SUCCESS);
+    };
+    if let (Some(chart), Some(path)) = (&chart, &arguments.plot) {
+        chart.figure(&summary).write_svg(path)?;
+    }
+    if !standard_output(&arguments.json) && !standard_output(&arguments.plot) {
+        let text = screen(&summary, baseline.promise.as_ref());
+        output::write_text(Path::new("-"), &text)?;
+    }
+    let failed = arguments.fail_on.is_some_and(|level| summary.reaches(level.into()));
+    Ok(ExitCode::from(if failed { 3 } else { 0 }))
+}
+
+/// Watches to the end; `None` where standard output was closed before.
+fn watch_all(
+    stream: &mut RecordingStream,
+    config: &Config<f32, 3>,
+    chart: Option<&mut Chart>,
+    json: Option<&Path>,
+) -> Result<Option<Summary>> {
+    let bar = Progress::of_bytes("monitoring", stream.size_bytes());
+    let progress = |bytes: u64| bar.at(bytes);
+    let Some(path) = json else {
+        return watch(stream, config, Outputs { json: None, chart, progress: Some(&progress) })
+            .map(Some)
+            .map_err(input_error);
+    };
+    // Of a run that fails, no line is left; its own error says more than that the writing was broken off.
+    let mut ended = None;
+    let written = output::write_with(path, |out| {
+        let outputs = Outputs { json: Some(out), chart, progress: Some(&progress) };
+        match watch(stream, config, outputs) {
+            Ok(summary) => {
+                ended = Some(Ok(summary));
+                Ok(())
+            }
+            Err(Stopped::Writing(error)) => Err(error),
+            Err(Stopped::Input(error)) => {
+                ended = Some(Err(error));
+                Err(io::Error::other("the run failed"))
+            }
+        }
+    });
+    match ended {
+        Some(Err(error)) => Err(error),
+        Some(Ok(summary)) => written.map(|()| Some(summary)),
+        None => written.map(|()| None),
+    }
+}
+
+fn input_error(stopped: Stopped) -> Error {
+    match stopped {
+        Stopped::Input(error) => error,
+        Stopped::Writing(error) => Error::new(format!("can't be written: {error}")),
+    }
+}

@@ -1,0 +1,279 @@
+//! Thresholds for a wanted mean run length between false alarms of the whole monitor: any detector of any channel counts.
+//!
+//! Every detector gets the same share of the false alarms. Shewhart limits come from the [`super::marginal::Marginal`]'s tails, half
+//! the share on each side. CUSUM and SPRT thresholds come from one long simulation of the process: the maxima of a statistic between
+//! two visits to its restart give its alarm rate at every threshold at once; their tail is exponential, which is used to smooth
+//! it and, for rates that the simulation does not reach, to extrapolate it. At last the shares are scaled until
+//! the real detectors together have the wanted run length on the simulated residuals, since alarms that coincide
+//! count once. That scale is found at up to [`JOINT`] decisions and kept beyond.
+
+use drift_core::{Cusum, CusumState, Detectors, Shewhart, Sprt, SprtState};
+use rayon::prelude::*;
+
+use super::marginal;
+use super::process::{Process, Series};
+
+/// Decisions of the run length at which coinciding alarms are counted.
+const JOINT: f64 = 1000.0;
+/// Seed of the simulation; any would do.
+const SEED: u64 = 0x6472_6966_7401;
+/// Log odds at which an SPRT restarts: 1 to 100.
+const SPRT_LOWER: f64 = -4.605_170_185_988_091;
+
+/// Which detectors watch each channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DetectorChoice {
+    /// Instant.
+    pub shewhart: bool,
+    /// Cumulative.
+    pub cusum: bool,
+    /// Sequential.
+    pub sprt: bool,
+}
+
+impl DetectorChoice {
+    /// How many of them.
+    pub fn count(self) -> usize {
+        usize::from(self.shewhart) + usize::from(self.cusum) + usize::from(self.sprt)
+    }
+}
+
+/// The alarm rate of one statistic at every threshold.
+#[derive(Debug)]
+struct Excursions {
+    /// Maxima, falling.
+    maxima: Vec<f32>,
+    decisions: f64,
+}
+
+impl Excursions {
+    fn new(mut maxima: Vec<f32>, decisions: usize) -> Self {
+        maxima.sort_by(|a, b| b.total_cmp(a));
+        Self { maxima, decisions: decisions as f64 }
+    }
+
+    /// The threshold that is exceeded this often per decision.
+    fn threshold(&self, rate: f64) -> f64 {
+        let count = rate * self.decisions;
+        let fitted = ((3.0 * count).max(1000.0) as usize).min(self.maxima.len() / 2).max(1);
+        let at = |i: usize| self.maxima.get(i).map_or(0.0, |&m| f64::from(m));
+        let base = at(fitted);
+        if count >= fitted as f64 {
+            return at(count as usize).max(1e-3);
+        }
+        let excess: f64 = (0..fitted).map(|i| at(i) - base).sum::<f64>() / fitted as f64;
+        base + excess * libm::log(fitted as f64 / count)
+    }
+}
+
+/// The simulated healthy residuals and what the detectors' statistics did on them.
+#[derive(Debug)]
+pub(super) struct Simulated<'p> {
+    process: &'p Process,
+    choice: DetectorChoice,
+    k: f64,
+    series: Vec<Series>,
+    cusum: Vec<Excursions>,
+    sprt: Vec<Excursions>,
+}
+
+impl<'p> Simulated<'p> {
+    pub(super) fn new(process: &'p Process, choice: DetectorChoice, k: f64, decisions: usize) -> Self {
+        let stretches = 64;
+        let each = decisions.div_ceil(stretches);
+        let series = process.simulate_many(stretches, each, SEED);
+        let total = stretches * each;
+        let gather = |of: &(dyn Fn(&[f64]) -> Vec<f32> + Sync)| -> Vec<Excursions> {
+            (0..process.channels.len())
+                .map(|c| {
+                    let maxima: Vec<Vec<f32>> = series.par_iter().map(|s| of(&s[c])).collect();
+                    Excursions::new(maxima.concat(), total)
+                })
+                .collect()
+        };
+        let cusum = if choice.cusum { gather(&|z| cusum_maxima(k, z)) } else { Vec::new() };
+        let sprt = if choice.sprt { gather(&|z| sprt_maxima(k, z)) } else { Vec::new() };
+        Self { process, choice, k, series, cusum, sprt }
+    }
+
+    /// Detectors of every channel with this mean run length (decisions) between false alarms of all together.
+    pub(super) fn detectors(&self, arl: f64) -> Vec<Detectors> {
+        self.with_share(self.coinciding(arl.min(JOINT)) / arl)
+    }
+
+    /// By how much the shares may add up to more than the whole.
+    fn coinciding(&self, arl: f64) -> f64 {
+        let mut scale = 1.0;
+        for _ in 0..5 {
+            scale *= self.run_length(&self.with_share(scale / arl)) / arl;
+        }
+        scale
+    }
+
+    /// All detectors with an equal share of this total alarm rate.
+    fn with_share(&self, total: f64) -> Vec<Detectors> {
+        let watched = self.process.channels.len() * self.choice.count();
+        let rate = total / watched.max(1) as f64;
+        let limit = marginal::exceeded_with(0.5 * rate.min(0.5));
+        let of = |c: usize| Detectors {
+            shewhart: self.choice.shewhart.then(|| {
+                let law = &self.process.channels[c].marginal;
+                // A limit lies on its own side, however skewed the law.
+                Shewhart { lower: law.at(-limit).min(-1e-3) as f32, upper: law.at(limit).max(1e-3) as f32 }
+            }),
+            cusum: self.cusum.get(c).map(|e| Cusum::new(self.k as f32, e.threshold(rate) as f32)),
+            sprt: self.sprt.get(c).map(|e| sprt(self.k, e.threshold(rate) as f32)),
+        };
+        (0..self.process.channels.len()).map(of).collect()
+    }
+
+    /// Mean decisions to the first alarm of any detector on the simulated residuals; all start anew after it.
+    pub(super) fn run_length(&self, detectors: &[Detectors]) -> f64 {
+        let alarms: usize = self.series.par_iter().map(|s| count_alarms(s, detectors)).sum();
+        let decisions: usize = self.series.iter().map(|s| s.first().map_or(0, Vec::len)).sum();
+        decisions as f64 / alarms.max(1) as f64
+    }
+}
+
+fn sprt(k: f64, upper: f32) -> Sprt {
+    Sprt::mean(2.0 * k as f32, SPRT_LOWER as f32, upper)
+}
+
+/// With an own copy of the states: the library's are private to a monitor.
+fn count_alarms(series: &Series, detectors: &[Detectors]) -> usize {
+    let start = |d: &Detectors| (d.cusum.map_or(CusumState::ZERO, |c| c.start()), SprtState::ZERO);
+    let fresh: Vec<(CusumState, SprtState)> = detectors.iter().map(start).collect();
+    let mut states = fresh.clone();
+    let mut alarms = 0;
+    for t in 0..series.first().map_or(0, Vec::len) {
+        let mut any = false;
+        for ((z, detectors), (cusum, sprt)) in series.iter().zip(detectors).zip(&mut states) {
+            let z = z[t] as f32;
+            any |= detectors.shewhart.is_some_and(|d| d.check(z).is_some());
+            any |= detectors.cusum.is_some_and(|d| d.update(cusum, z).is_some());
+            any |= detectors.sprt.is_some_and(|d| d.update(sprt, z).is_some());
+        }
+        if any {
+            alarms += 1;
+            states.clone_from(&fresh);
+        }
+    }
+    alarms
+}
+
+/// Both sides' maxima between visits to zero.
+fn cusum_maxima(k: f64, z: &[f64]) -> Vec<f32> {
+    let chart = Cusum::new(k as f32, f32::MAX);
+    let mut state = CusumState::ZERO;
+    let (mut high, mut low, mut maxima) = (0.0f32, 0.0f32, Vec::new());
+    let mut visit = |now: f32, most: &mut f32| {
+        if now > 0.0 {
+            *most = most.max(now);
+        } else if *most > 0.0 {
+            maxima.push(*most);
+            *most = 0.0;
+        }
+    };
+    for &z in z {
+        chart.update(&mut state, z as f32);
+        visit(state.high, &mut high);
+        visit(state.low, &mut low);
+    }
+    maxima
+}
+
+/// Both sides' maxima between restarts at the lower boundary.
+fn sprt_maxima(k: f64, z: &[f64]) -> Vec<f32> {
+    let test = sprt(k, f32::MAX);
+    let mut state = SprtState::ZERO;
+    let (mut high, mut low, mut maxima) = (0.0f32, 0.0f32, Vec::new());
+    let mut visit = |now: f32, most: &mut f32| {
+        *most = most.max(now);
+        if now == 0.0 && *most > 0.0 {
+            maxima.push(*most);
+            *most = 0.0;
+        }
+    };
+    for &z in z {
+        test.update(&mut state, z as f32);
+        visit(state.high, &mut high);
+        visit(state.low, &mut low);
+    }
+    maxima
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::autocorrelation::Autoregression;
+    use super::super::marginal::Marginal;
+    use super::super::process::ChannelProcess;
+    use super::*;
+    use crate::design;
+
+    fn normal(memory: Autoregression) -> Process {
+        Process::independent(vec![ChannelProcess::new(Marginal::NORMAL, memory)])
+    }
+
+    fn independent() -> Process {
+        normal(Autoregression { phi: Vec::new(), noise: 1.0 })
+    }
+
+    const CUSUM: DetectorChoice = DetectorChoice { shewhart: false, cusum: true, sprt: false };
+
+    /// Independent normal residuals and an exactly known baseline: the integral equation's threshold.
+    #[test]
+    fn thresholds_of_normal_residuals_are_the_exact_ones() {
+        let process = independent();
+        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000);
+        for arl in [200.0, 500.0, 1000.0, 10_000.0, 100_000.0] {
+            let h = f64::from(simulated.detectors(arl)[0].cusum.unwrap().h);
+            let realised = design::Cusum::new(0.5, h, 0.0).unwrap().arl(0.0);
+            let tolerance = if arl > 1000.0 { 0.12 } else { 0.05 };
+            assert!((realised / arl - 1.0).abs() < tolerance, "{arl}: {realised} at h = {h}");
+        }
+    }
+
+    #[test]
+    fn shewhart_alone_is_the_normal_quantile() {
+        let process = independent();
+        let choice = DetectorChoice { shewhart: true, cusum: false, sprt: false };
+        let limits = Simulated::new(&process, choice, 0.5, 1_000_000).detectors(370.4)[0].shewhart.unwrap();
+        assert!((f64::from(limits.upper) - 3.0).abs() < 0.02 && (limits.upper + limits.lower).abs() < 1e-5);
+    }
+
+    /// Against the SPRT's own integral equation.
+    #[test]
+    fn sprt_alone() {
+        let process = independent();
+        let choice = DetectorChoice { shewhart: false, cusum: false, sprt: true };
+        let found = Simulated::new(&process, choice, 0.5, 1_000_000).detectors(500.0)[0].sprt.unwrap();
+        let alternative = design::Alternative::new(1.0, 1.0).unwrap();
+        let exact = design::Sprt::new(alternative, SPRT_LOWER, f64::from(found.upper)).unwrap();
+        let realised = exact.two_sided_arl(0.0, 1.0);
+        assert!((realised / 500.0 - 1.0).abs() < 0.06, "{realised}");
+    }
+
+    /// Two independent channels with two detectors each: each gets about a quarter of the alarms.
+    #[test]
+    fn the_budget_is_shared() {
+        let one = independent().channels.remove(0);
+        let process = Process::independent(vec![one.clone(), one]);
+        let choice = DetectorChoice { shewhart: true, cusum: true, sprt: false };
+        let simulated = Simulated::new(&process, choice, 0.5, 1_000_000);
+        let detectors = simulated.detectors(500.0);
+        assert!((simulated.run_length(&detectors) / 500.0 - 1.0).abs() < 0.02);
+        let cusum = detectors[1].cusum.unwrap();
+        let own = design::Cusum::new(0.5, f64::from(cusum.h), 0.0).unwrap().arl(0.0);
+        assert!((1600.0..2100.0).contains(&own), "{own}");
+    }
+
+    /// Autocorrelated residuals need a far higher threshold; with it the run length is as wanted.
+    #[test]
+    fn autocorrelation_raises_the_threshold() {
+        let process = normal(Autoregression { phi: vec![0.3], noise: 0.91 });
+        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000);
+        let detectors = simulated.detectors(500.0);
+        assert!(detectors[0].cusum.unwrap().h > 7.5);
+        assert!((simulated.run_length(&detectors) / 500.0 - 1.0).abs() < 0.03);
+    }
+}

@@ -1,0 +1,79 @@
+//! The healthy windows: drift-core's own monitor, all channels unlearned, over each recording. A window never spans two recordings, and one with
+//! too few valid samples is left out.
+
+use drift_core::{Input, WindowStatus};
+
+use super::Signals;
+use crate::baseline_file::{BaselineFile, HostMonitor};
+use crate::recording::RowState;
+use crate::{Error, Result};
+
+/// One healthy window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindowRow {
+    /// Which recording, from 0.
+    pub recording: usize,
+    /// Which decision of it, from 0.
+    pub hop: u32,
+    /// Time from the recording's start to the window's end, s.
+    pub end_s: f64,
+    /// Where it lies on each channel's axis.
+    pub x: [f32; 3],
+    /// The index that each channel judges.
+    pub value: [f32; 3],
+}
+
+/// All of them, in order, and the runs of windows without a gap between.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Windows {
+    pub rows: Vec<WindowRow>,
+    pub stretches: Vec<std::ops::Range<usize>>,
+    /// Windows that were left out.
+    pub invalid: usize,
+}
+
+/// `file`: its timing, samples and channels' kinds; nothing of it is learnt yet.
+pub(super) fn collect(recordings: &[Signals<'_>], file: &BaselineFile) -> Result<Windows> {
+    let config = file.config()?;
+    let mut windows = Windows::default();
+    for (recording, signals) in recordings.iter().enumerate() {
+        let mut monitor = HostMonitor::new(&config).map_err(|e| Error::new(e.to_string()))?;
+        let mut start = windows.rows.len();
+        for (tick, input) in signals.inputs().enumerate() {
+            let Some(report) = monitor.tick_input(input) else { continue };
+            let x = report.channels.each_ref().map(|c| c.x);
+            let value = report.channels.each_ref().map(|c| c.value);
+            if report.status == WindowStatus::Valid && x.iter().chain(&value).all(|v| v.is_finite()) {
+                let end_s = (tick + 1) as f64 * signals.sample_time_s;
+                windows.rows.push(WindowRow { recording, hop: report.hop, end_s, x, value });
+            } else {
+                windows.invalid += 1;
+                windows.close(&mut start);
+            }
+        }
+        windows.close(&mut start);
+    }
+    Ok(windows)
+}
+
+impl Windows {
+    fn close(&mut self, start: &mut usize) {
+        if self.rows.len() > *start {
+            self.stretches.push(*start..self.rows.len());
+        }
+        *start = self.rows.len();
+    }
+}
+
+impl Signals<'_> {
+    /// What the monitor gets to see, tick by tick.
+    pub fn inputs(&self) -> impl Iterator<Item = Input<f32>> + '_ {
+        self.r.iter().zip(self.y).zip(self.u).enumerate().map(|(tick, ((&r, &y), &u))| {
+            match self.state.and_then(|s| s.get(tick)).copied().unwrap_or_default() {
+                RowState::Valid => Input::Sample { r: r as f32, y: y as f32, u: u as f32 },
+                RowState::Missing => Input::Missing,
+                RowState::Manual => Input::Manual,
+            }
+        })
+    }
+}

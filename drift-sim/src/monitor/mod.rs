@@ -1,0 +1,23 @@
+//! Runs the very monitor of [`drift_core`] over a recording: sample by sample, in constant memory, and tells what it
+//! said as lines of JSON, as events, as one screen of text and as a chart.
+//!
+//! * [`Runner`]: time and the monitor's inputs; [`watch`] feeds it a whole [`crate::recording::RecordingStream`].
+//! * [`Events`]: decisions merged to disturbances and drifts, channels that are away together in one.
+//! * [`Summary`]: what a person wants to know; [`screen`] is that in words.
+//! * [`json_lines`]: the schema `drift.monitor/1`.
+//! * [`Chart`]: r, y, u and each channel's residual, thinned while it is read.
+
+mod chart;
+mod events;
+mod json_lines;
+mod run;
+mod screen;
+mod summary;
+mod thinned;
+
+pub use chart::Chart;
+pub use events::{Course, Event, EventKind, Events, Raised};
+pub use json_lines::{SCHEMA, write_hop, write_summary};
+pub use run::{Hop, Outputs, Runner, Stopped, watch};
+pub use screen::screen;
+pub use summary::{ChannelSummary, ExcludedTotal, FailOn, Summary};

@@ -1,0 +1,135 @@
+//! The paper, reproduced: every table and figure, ours beside the published value, and what lies beyond.
+//!
+//! The loop is the simulator's ([`crate::simulate`]), the indices and detectors are those of [`drift_core::Monitor`], the
+//! same that run on a controller. What the paper leaves open stands in [`settings`] and on the page.
+//!
+//! * [`eigenvalues`]: equation 13. [`ranking`]: Table 1. [`baseline`]: section 6.2. [`detection`]: section 6.3.
+//! * [`overlap`]: why textbook thresholds alarm on the paper's windows, and two ways to mend it.
+//! * [`delay`]: beyond the paper, detection delay channel by channel at equal false-alarm rate.
+//! * `figures`, `page`, `differences`, `json`: what is written.
+
+pub mod baseline;
+mod charts;
+pub mod delay;
+pub mod detection;
+mod differences;
+pub mod eigenvalues;
+mod figures;
+mod healthy;
+mod json;
+mod line;
+mod number;
+pub mod overlap;
+mod page;
+pub mod published;
+pub mod ranking;
+pub mod settings;
+pub mod spread;
+mod windows;
+
+use std::path::Path;
+
+pub use settings::Settings;
+
+use crate::{Error, Result, output};
+use figures::Plate;
+use settings::Use;
+
+/// All that was measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Paper {
+    /// What it was made with.
+    pub settings: Settings,
+    /// Equation 13.
+    pub eigenvalues: Vec<(f64, f64)>,
+    /// Table 1, first under the reading used, then under the others.
+    pub rankings: Vec<ranking::Ranking>,
+    /// Section 6.2.
+    pub baseline: baseline::NominalRelation,
+    /// Section 6.3.
+    pub detection: Vec<detection::DetectionCase>,
+    /// False alarms on healthy data.
+    pub overlap: overlap::Overlap,
+    /// Detection delays.
+    pub delay: delay::DelayStudy,
+    plates: Vec<Plate>,
+}
+
+impl Paper {
+    /// Does everything; `step` is called [`Settings::steps`] times, from any thread. The same settings give the same
+    /// bytes on any number of threads.
+    ///
+    /// # Errors
+    /// Fewer than two repeats or runs of any kind, or streams shorter than 100 s.
+    pub fn reproduce(settings: &Settings, step: &(dyn Fn() + Sync)) -> Result<Self> {
+        check(settings)?;
+        let readings = std::iter::once(&ranking::READING).chain(&ranking::OTHER_READINGS);
+        let rankings =
+            readings.map(|reading| ranking::ranking(reading, settings.seed)).collect::<Result<_>>()?;
+        let baseline = baseline::nominal_relation(settings, step)?;
+        let detection = detection::detection(settings)?;
+        let plates = figures::plates(settings, &baseline, &detection)?;
+        let calibration = healthy::streams(Use::Calibration, settings, step)?;
+        let verification = healthy::streams(Use::Verification, settings, step)?;
+        Ok(Self {
+            settings: *settings,
+            eigenvalues: eigenvalues::eigenvalues()?,
+            rankings,
+            baseline,
+            detection,
+            overlap: overlap::overlap(settings, &calibration, &verification, step)?,
+            delay: delay::delay_study(settings, &calibration, &verification, step)?,
+            plates,
+        })
+    }
+
+    /// The figures' file names.
+    pub fn figure_files(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.plates.iter().map(|plate| plate.file)
+    }
+
+    /// The main findings in a few lines, for a terminal.
+    pub fn summary(&self) -> String {
+        page::summary(self)
+    }
+
+    /// `paper.json` as text.
+    pub fn to_json(&self) -> String {
+        json::text(self)
+    }
+
+    /// `paper.md` as text.
+    pub fn to_markdown(&self) -> String {
+        page::text(self)
+    }
+
+    /// Writes the figures, `paper.md` and `paper.json` into a folder, which is made if it is missing.
+    ///
+    /// # Errors
+    /// The folder or a file can't be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        make_folder(folder)?;
+        for plate in &self.plates {
+            plate.figure.write_svg(&folder.join(plate.file))?;
+        }
+        output::write_text(&folder.join("paper.json"), &self.to_json())?;
+        output::write_text(&folder.join("paper.md"), &self.to_markdown())
+    }
+}
+
+/// Makes the folder if it is missing: before the work, so that a wrong one costs no time.
+///
+/// # Errors
+/// It can't be made.
+pub fn make_folder(folder: &Path) -> Result<()> {
+    let refused = |e: std::io::Error| Error::new(format!("can't be made: {e}")).in_file(folder);
+    std::fs::create_dir_all(folder).map_err(refused)
+}
+
+fn check(settings: &Settings) -> Result<()> {
+    let counts = [settings.repeats, settings.healthy_runs, settings.streams, settings.delay_runs];
+    if counts.iter().any(|n| *n < 2) || settings.stream_s < 100 {
+        return Err(Error::new("too few runs").allowed("at least 2 of each kind, streams of at least 100 s"));
+    }
+    Ok(())
+}

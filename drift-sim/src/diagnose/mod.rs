@@ -5,16 +5,20 @@
 //! simulation a trial), [`candidates`] (fits), [`select`] (false alarms first, then rivals, then ties), [`interval`],
 //! [`prove`] (closed loop on unseen samples). [`report`] turns it into JSON.
 
+pub mod by_direction;
 pub mod candidates;
+pub mod constant_load;
 pub mod controller_replay;
 pub mod features;
 pub mod fit;
 pub mod holdout;
+pub mod injected;
 pub mod interval;
 pub mod missing_drive;
 pub mod model;
 pub mod noise_change;
 pub mod observer;
+pub mod part_time;
 pub mod prove;
 pub mod quantum;
 pub mod report;
@@ -164,7 +168,8 @@ pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
         Some(holdout) => (recording.clone(), holdout.clone()),
         None => (recording.part(0, cut), recording.part(cut, recording.len())),
     };
-    Case { nominal, train: &train, holdout: &held, same_time: holdout.is_some() }.run()
+    let whole = if holdout.is_some() { &train } else { recording };
+    Case { nominal, train: &train, holdout: &held, whole }.run()
 }
 
 /// One loop, one training part, one hold-out.
@@ -172,8 +177,8 @@ struct Case<'a> {
     nominal: &'a Loop,
     train: &'a Signals,
     holdout: &'a Signals,
-    /// The hold-out is a recording of its own, with the same onsets.
-    same_time: bool,
+    /// The training part, and the hold-out where both are of one recording.
+    whole: &'a Signals,
 }
 
 impl Case<'_> {
@@ -187,13 +192,17 @@ impl Case<'_> {
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
 
-        let mut base = refit.clone();
+        let under = constant_load::under(&refit, self.train);
+        let from = under.as_ref().and_then(|_| constant_load::under(&stated, self.train));
+        let stands = under.is_some();
+        let mut base = under.unwrap_or_else(|| refit.clone());
         let mut named: Vec<(Scored, Vec<&'static str>)> = Vec::new();
         let mut rejected = Vec::new();
         let mut located = None;
         while named.len() < MOST_TERMS {
-            let from = if named.is_empty() { &stated } else { &base };
-            let scored = self.round(from, &base, missing.as_ref());
+            let from = if named.is_empty() { from.as_ref().unwrap_or(&stated) } else { &base };
+            let left = self.missing_drive(&base);
+            let scored = self.round(from, &base, left.as_ref());
             let Some((winner, tied)) = self.pick(&base, &scored) else {
                 if named.is_empty() {
                     rejected = losers(&scored, None);
@@ -214,25 +223,60 @@ impl Case<'_> {
                 break;
             }
         }
+        if stands {
+            (base, named) = self.judge_load(base, named);
+        }
         self.conclude(&stated, &refit, &base, named, located, rejected, missing, controller)
+    }
+
+    /// The constant load that was laid under the search stays as a term, the first, or goes.
+    #[allow(clippy::type_complexity)]
+    fn judge_load(
+        &self,
+        base: Fit,
+        mut named: Vec<(Scored, Vec<&'static str>)>,
+    ) -> (Fit, Vec<(Scored, Vec<&'static str>)>) {
+        let Some(without) = constant_load::without(&base, self.nominal.physics.len(), self.train) else {
+            return (base, named);
+        };
+        let Ok(kind) = Kind::named("load_step") else { return (base, named) };
+        let scored = select::score(&without, vec![Candidate { kind, fit: base.clone() }], self.holdout);
+        match scored.into_iter().find(|s| s.accepted() && self.matters(&without, &s.candidate.fit)) {
+            Some(load) => {
+                named.insert(0, (load, Vec::new()));
+                (base, named)
+            }
+            None => (without, named),
+        }
     }
 
     fn missing_drive(&self, refit: &Fit) -> Option<MissingDrive> {
         let (model, _) = refit.model.loop_at(&refit.model.x)?;
         let linear = model.plant.linear().ok()??;
-        MissingDrive::of(&linear, &refit.residual, self.train.sample_time_s)
+        let error = observer::undone(&model.plant, &refit.residual, self.train.sample_time_s);
+        MissingDrive::of(&linear, &error, self.train.sample_time_s)
     }
 
     /// All kinds that are not in the model yet, scored against the base.
     fn round(&self, stated: &Fit, base: &Fit, missing: Option<&MissingDrive>) -> Vec<Scored> {
         let signatures = features::signatures(self.nominal, self.train, missing);
-        let present: Vec<&str> = base.model.nominal.physics.iter().map(|t| t.kind.name).collect();
+        let stands = self.nominal.physics.len();
+        let present: Vec<&str> = (base.model.nominal.physics.iter().enumerate())
+            // A load that begins later may come on top of the constant one.
+            .filter(|(i, t)| !(*i == stands && t.kind.name == "load_step" && t.onset_s == 0.0))
+            .map(|(_, t)| t.kind.name)
+            .collect();
+        let by_direction = by_direction::trials(&base.model, self.train.duration_s());
         let wanted = |kind: &Kind| {
             kind.place != Place::Controller
                 && !["injected_signal", "sensor_noise", "quantization"].contains(&kind.name)
                 && !present.contains(&kind.name)
+                && (by_direction.is_empty() || kind.name != "directional_friction")
         };
-        let trials = screen::screen(stated, base, self.train, &signatures, wanted, 1);
+        let mut trials = screen::screen(stated, base, self.train, &signatures, wanted, 1);
+        if !by_direction.is_empty() && !present.contains(&"directional_friction") {
+            trials.push(by_direction.clone());
+        }
         let mut fitted = candidates::fit_all(&trials, self.train);
         fitted.extend(self.special(base));
         select::score(base, fitted, self.holdout)
@@ -240,8 +284,8 @@ impl Case<'_> {
 
     /// Effects that no prediction of y shows: noise that changes, a grid of values.
     fn special(&self, base: &Fit) -> Vec<Candidate> {
-        let _ = base;
-        Vec::new()
+        let injected = injected::candidate(base, self.train, self.whole);
+        injected.into_iter().collect()
     }
 
     /// The winner and what it is tied with.
@@ -316,6 +360,11 @@ impl Case<'_> {
                 holdout_errors: scored.holdout_errors,
             })
             .collect();
+        let mut physics = physics;
+        if physics.len() > 1 && named.first().is_some_and(|(s, _)| s.candidate.kind.name == "load_step") {
+            // It was laid under the others, which are stronger.
+            physics.rotate_left(1);
+        }
         let parameters = refitted_parameters(base, &widths);
         let changed = refit.log_likelihood - stated.clone().renoised().log_likelihood > 20.0
             && parameters.iter().any(|p| {
@@ -338,7 +387,6 @@ impl Case<'_> {
                 (Some(a), Some(b)) => prove::improvement(&a, &b, self.nominal, self.holdout),
                 _ => None,
             };
-        let _ = self.same_time;
         Ok(Diagnosis {
             verdict,
             place,

@@ -7,6 +7,7 @@ use crate::plant::{Output, Plant};
 use crate::simulate::{Simulation, Start};
 
 use super::observer;
+use super::part_time;
 use super::signals::{Signals, deviation};
 
 /// What a free parameter stands for.
@@ -238,9 +239,63 @@ impl Model {
         model
     }
 
+    /// The same at its point without one of its terms.
+    #[must_use]
+    pub fn without_term(&self, gone: usize) -> Self {
+        let mut model = self.clone();
+        if gone >= model.nominal.physics.len() {
+            return model;
+        }
+        model.nominal.physics.remove(gone);
+        let of_gone =
+            |target: Target| matches!(target, Target::Term { term, .. } | Target::Onset(term) if term == gone);
+        let earlier = |term: usize| if term > gone { term - 1 } else { term };
+        let kept = self.free.iter().zip(&self.x).filter(|(free, _)| !of_gone(free.target));
+        (model.free, model.x) = kept
+            .map(|(free, x)| {
+                let mut free = free.clone();
+                match &mut free.target {
+                    Target::Term { term, .. } | Target::Onset(term) => *term = earlier(*term),
+                    Target::Plant(_) | Target::State(_) => {}
+                }
+                (free, *x)
+            })
+            .unzip();
+        model
+    }
+
+    /// The same with one number held at where it is.
+    #[must_use]
+    pub fn held(&self, target: Target) -> Self {
+        let mut model = self.clone();
+        if let (Some(at), Some((point, _))) =
+            (self.free.iter().position(|free| free.target == target), self.loop_at(&self.x))
+        {
+            match target {
+                // The others stay free, so that only this one moves to where it is held.
+                Target::Plant(index) => {
+                    let mut numbers: Vec<f64> =
+                        plant_numbers(&self.nominal.plant).into_iter().map(|(_, value, _)| value).collect();
+                    let there = plant_numbers(&point.plant).get(index).map(|(_, value, _)| *value);
+                    if let (Some(slot), Some(value)) = (numbers.get_mut(index), there) {
+                        *slot = value;
+                    }
+                    model.nominal.plant = with_plant_numbers(&self.nominal.plant, &numbers);
+                }
+                Target::Term { .. } | Target::Onset(_) => model.nominal.physics = point.physics,
+                Target::State(_) => return model,
+            }
+            model.free.remove(at);
+            model.x.remove(at);
+        }
+        model
+    }
+
     /// Number of free parameters without those of the starting state.
     pub fn physical(&self) -> usize {
-        self.free.iter().filter(|f| !matches!(f.target, Target::State(_))).count()
+        let numbers = self.free.iter().filter(|f| !matches!(f.target, Target::State(_))).count();
+        // Each edge of a span is a number that was found as well.
+        numbers + self.nominal.physics.iter().map(|term| 2 * term.spans.len()).sum::<usize>()
     }
 
     /// The loop and the start at x; `None` where a value is out of its range.
@@ -269,6 +324,7 @@ impl Model {
     /// y as predicted from the recorded u, at x; `None` where x is impossible or the prediction diverges.
     pub fn predict(&self, x: &[f64], signals: &Signals) -> Option<Vec<f64>> {
         let (model, start) = self.loop_at(x)?;
+        let model = part_time::of(model, signals.origin_s);
         let mut simulation = Simulation::new(&model, 0).ok()?;
         simulation.start(&start).ok()?;
         let mut now = vec![0.0; signals.inputs.len()];

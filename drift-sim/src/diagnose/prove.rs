@@ -4,6 +4,7 @@ use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::simulate::{Start, Trace, replay, simulate};
 
+use super::part_time;
 use super::signals::{Signals, deviation};
 
 /// How well a simulation fits, `100 (1 - |x - xhat|/|x - mean x|)`.
@@ -21,6 +22,7 @@ const BLOCKS: usize = 16;
 /// Runs a loop over the recording's reference from the recording's own start. With an unknown control law the recorded u
 /// drives the plant instead. `None` where it diverges.
 pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
+    let model = &part_time::of(model.clone(), signals.origin_s);
     let start = Start::from_recording(model, &signals.r, &signals.y, &signals.u);
     if model.controller == Controller::Recorded {
         return replay(model, &signals.u, &signals.inputs, seed, Some(&start)).ok();

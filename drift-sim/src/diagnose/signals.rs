@@ -14,6 +14,8 @@ pub struct Signals {
     pub sample_time_s: f64,
     /// Time of the first sample in the recording's own time.
     pub start_s: f64,
+    /// Time between the sample that onsets count from and the first one here: not 0 in a part of a recording.
+    pub origin_s: f64,
     /// Reference.
     pub r: Vec<f64>,
     /// Measured output.
@@ -43,6 +45,7 @@ impl Signals {
         let signals = Self {
             sample_time_s: ours,
             start_s: recording.start_s,
+            origin_s: 0.0,
             r: held(&recording.r),
             y: recording.y.clone(),
             u: held(&recording.u),
@@ -89,6 +92,7 @@ impl Signals {
         Self {
             sample_time_s: self.sample_time_s,
             start_s: self.start_s + from as f64 * self.sample_time_s,
+            origin_s: self.origin_s + from as f64 * self.sample_time_s,
             r: cut(&self.r),
             y: cut(&self.y),
             u: cut(&self.u),

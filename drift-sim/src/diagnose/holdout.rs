@@ -1,26 +1,27 @@
 //! What a fitted model is worth on samples that it has not seen.
 
-use super::fit::{Effort, Fit};
+use super::fit::{Effort, Fit, mean_square};
 use super::model::{Model, Target};
 use super::signals::Signals;
+use super::whiten::Whitener;
 
 /// Contiguous blocks over which the gain is averaged; their scatter gives its standard error.
 const BLOCKS: usize = 16;
 
-/// Log-likelihood of each block of the hold-out under the model and its noise model as fitted on the training part.
-/// Only the state at the hold-out's first sample is found anew.
-pub fn block_likelihoods(fit: &Fit, holdout: &Signals) -> Option<Vec<f64>> {
+/// Each block's part of the log-likelihood of the hold-out, its noise's size being free in each block; `whitener` has to be the
+/// same for models that are compared, else the noise models compete instead of the physics. Only the state at the
+/// hold-out's first sample is found anew.
+pub fn block_likelihoods(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec<f64>> {
     let states = start_only(&fit.model, holdout)?;
-    let started = Fit::start(&states, holdout, &fit.whitener)?;
+    let started = Fit::start(&states, holdout, whitener)?;
     let started = if states.free.is_empty() { started } else { started.search(holdout, Effort::LOOK) };
     let white = started.white();
     let length = (white.len() / BLOCKS).max(1);
-    let log_variance = libm::log(fit.variance);
     Some(
         white
             .chunks(length)
             .take(BLOCKS)
-            .map(|block| block.iter().map(|w| -0.5 * (w * w / fit.variance + log_variance)).sum())
+            .map(|block| -0.5 * block.len() as f64 * libm::log(mean_square(block).max(1e-300)))
             .collect(),
     )
 }

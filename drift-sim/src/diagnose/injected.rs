@@ -188,16 +188,20 @@ fn moved(fit: &Fit, edge: usize, by_s: f64, signals: &Signals) -> Option<Fit> {
     (next.variance < fit.variance).then_some(next)
 }
 
-/// The term on top of a fit, if the missing drive over the whole recording is at two levels; `train` is the part of it that
+/// The term on top of a fit, if the missing drive over the whole recording as `seen_by` has it is at two levels; `train` is the part of it that
 /// numbers are fitted to.
-pub fn candidate(base: &Fit, train: &Signals, whole: &Signals) -> Option<Candidate> {
-    let (model, _) = base.model.loop_at(&base.model.x)?;
-    let error = base.model.residual(&base.model.x, whole)?;
+pub fn candidate(seen_by: &Fit, base: &Fit, train: &Signals, whole: &Signals) -> Option<Candidate> {
+    if base.model.nominal.physics.iter().any(|term| term.kind.name == "injected_signal") {
+        return None;
+    }
+    let (model, _) = seen_by.model.loop_at(&seen_by.model.x)?;
+    let error = seen_by.model.residual(&seen_by.model.x, whole)?;
     let linear = model.plant.linear().ok()??;
     let error = observer::undone(&model.plant, &error, whole.sample_time_s);
     let missing = MissingDrive::of(&linear, &error, whole.sample_time_s)?;
     let (level, spans) = spans(&missing.value, model.plant.drive_gain(), whole.sample_time_s)?;
-    let trial = trial(&base.model, level, spans, whole.duration_s())?;
+    // The same numbers by which it was seen, then free.
+    let trial = trial(&seen_by.model, level, spans, whole.duration_s())?;
     let first = Fit::start(&trial.model, train, &base.whitener)?.search(train, Effort::LOOK);
     let edges = refine(Fit::start(&first.model, whole, &Whitener::of(&first.residual))?, whole);
     let fit = Fit::start(&edges.model, train, &Whitener::none())?;

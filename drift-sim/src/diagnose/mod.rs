@@ -12,12 +12,14 @@ pub mod controller_replay;
 pub mod features;
 pub mod fit;
 pub mod holdout;
+pub mod identify;
 pub mod injected;
 pub mod interval;
 pub mod missing_drive;
 pub mod model;
 pub mod noise_change;
 pub mod observer;
+pub mod page;
 pub mod part_time;
 pub mod prove;
 pub mod quantum;
@@ -47,6 +49,8 @@ const MOST_TERMS: usize = 3;
 const MOST_TIED: usize = 3;
 /// Share of u that a term must move in closed loop to matter.
 const LEAST_EFFECT: f64 = 0.01;
+/// Factor by which a term may raise the closed loop's error on the hold-out: chance alone.
+const WORSE: f64 = 1.02;
 /// Part of a recording that is held out when no other is given.
 const HELD_OUT: f64 = 0.3;
 
@@ -146,8 +150,12 @@ pub struct Diagnosis {
     pub improvement: Option<[f64; 2]>,
     /// What noise alone leaves of the fit.
     pub noise_floor: Option<prove::FitPct>,
+    /// The nominal loop with its own numbers refitted.
+    pub refitted: Loop,
     /// The improved loop.
     pub improved: Loop,
+    /// The drive that the improved loop still misses.
+    pub drive_left: Option<MissingDrive>,
     /// The control law against the recorded u.
     pub controller: Option<ControllerReplay>,
     /// The missing drive of the refitted nominal model.
@@ -159,10 +167,8 @@ pub struct Diagnosis {
 /// # Errors
 /// The plant is still to be identified, the recording is too short, or the nominal model can't be simulated.
 pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
-    if nominal.plant == Plant::Identify {
-        return Err(Error::new("plant kind 'identify' is not yet diagnosed")
-            .allowed("servo, first-order, state-space, transfer-function, tank"));
-    }
+    let identified = identify::plant(nominal, recording)?;
+    let nominal = identified.as_ref().unwrap_or(nominal);
     let cut = ((1.0 - HELD_OUT) * recording.len() as f64) as usize;
     let (train, held) = match holdout {
         Some(holdout) => (recording.clone(), holdout.clone()),
@@ -278,19 +284,26 @@ impl Case<'_> {
             trials.push(by_direction.clone());
         }
         let mut fitted = candidates::fit_all(&trials, self.train);
-        fitted.extend(self.special(base));
+        fitted.extend(self.special(stated, base));
         select::score(base, fitted, self.holdout)
     }
 
     /// Effects that no prediction of y shows: noise that changes, a grid of values.
-    fn special(&self, base: &Fit) -> Vec<Candidate> {
-        let injected = injected::candidate(base, self.train, self.whole);
-        injected.into_iter().collect()
+    fn special(&self, stated: &Fit, base: &Fit) -> Vec<Candidate> {
+        // A refit may bend the nominal model so far towards a strong signal that its levels no longer stand apart.
+        let injected = [base, stated].into_iter();
+        injected
+            .filter_map(|from| injected::candidate(from, base, self.train, self.whole))
+            .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
+            .into_iter()
+            .collect()
     }
 
     /// The winner and what it is tied with.
     fn pick(&self, base: &Fit, scored: &[Scored]) -> Option<(Scored, Vec<&'static str>)> {
-        let winner = scored.iter().find(|s| s.accepted() && self.matters(base, &s.candidate.fit))?;
+        let winner = scored.iter().find(|s| {
+            s.accepted() && self.matters(base, &s.candidate.fit) && self.helps(base, &s.candidate.fit)
+        })?;
         let others: Vec<Scored> =
             scored.iter().filter(|s| s.candidate.kind != winner.candidate.kind).cloned().collect();
         let tied: Vec<&'static str> =
@@ -306,6 +319,19 @@ impl Case<'_> {
             return Some((lag.clone(), tied));
         }
         Some((winner.clone(), tied))
+    }
+
+    /// Whether the closed loop of the hold-out comes no further from what was measured.
+    fn helps(&self, base: &Fit, with: &Fit) -> bool {
+        let fit = |fit: &Fit| {
+            let (model, _) = fit.model.loop_at(&fit.model.x)?;
+            let fit = fit_pct(&model, self.holdout)?;
+            Some(100.0 - fit.u_pct.unwrap_or(fit.y_pct))
+        };
+        match (fit(base), fit(with)) {
+            (Some(before), Some(after)) => after < WORSE * before,
+            (before, after) => before.is_none() && after.is_some(),
+        }
     }
 
     /// Whether the closed loop's u depends on the term by a part that matters.
@@ -398,7 +424,9 @@ impl Case<'_> {
             holdout: fits(self.holdout),
             improvement,
             noise_floor: noise_floor(&improved, base, self.holdout),
+            refitted,
             improved,
+            drive_left: self.missing_drive(base),
             controller,
             missing_drive,
         })

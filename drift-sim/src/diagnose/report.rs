@@ -57,12 +57,18 @@ fn named_json(named: &Named, units: &crate::physics::UnitNames) -> Value {
         "kind": kind.name,
         "place": kind.place.name(),
         "onset_s": named.term.onset_s,
+        "spans": spans_json(&named.term),
         "parameters": parameters,
         "indistinguishable_from": named.tied,
         "evidence": {"holdout_gain_se": named.holdout_errors, "delta_bic_eff": 2.0 * named.train_gain},
         "says": named.term.says(units),
         "experiment": kind.experiment,
     })
+}
+
+/// When a term acts that does so at times.
+fn spans_json(term: &crate::physics::Term) -> Vec<Value> {
+    term.spans.iter().map(|(from, to)| json!({"from_s": from, "to_s": to})).collect()
 }
 
 fn interval(value: f64, half_width: f64) -> Option<[f64; 2]> {

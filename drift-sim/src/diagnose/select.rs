@@ -61,7 +61,7 @@ impl Scored {
 
 /// Scores all candidates against the refitted nominal model, best first.
 pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Vec<Scored> {
-    let reference = holdout::block_likelihoods(nominal, holdout).unwrap_or_default();
+    let reference = holdout::block_likelihoods(nominal, holdout, &nominal.whitener).unwrap_or_default();
     let white = nominal.white();
     let share = effective_samples(&white) / white.len().max(1) as f64;
     let cost = 0.5 * libm::log((white.len() as f64 * share).max(2.0));
@@ -70,12 +70,12 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
         .map(|candidate| {
             let extra = candidate.fit.model.physical().saturating_sub(nominal.model.physical()) as f64;
             let raw = candidate.fit.log_likelihood - nominal.log_likelihood;
-            let blocks = holdout::block_likelihoods(&candidate.fit, holdout).unwrap_or_default();
+            let blocks = holdout::block_likelihoods(&candidate.fit, holdout, &nominal.whitener).unwrap_or_default();
             let (mean, error) = holdout::gain(&blocks, &reference);
             let usable = blocks.len() == reference.len() && !blocks.is_empty();
             Scored {
                 train_gain: raw * share - extra * cost,
-                holdout_gain: if usable { mean * blocks.len() as f64 } else { f64::NEG_INFINITY },
+                holdout_gain: if usable { mean * blocks.len() as f64 * share } else { f64::NEG_INFINITY },
                 holdout_errors: if usable { mean / error.max(1e-300) } else { f64::NEG_INFINITY },
                 candidate,
             }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, diagnose, report};
+use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
 use drift_sim::recording::Recording;
 use drift_sim::{Error, Result, output};
 
@@ -29,6 +29,12 @@ pub struct Arguments {
     /// Write the improved loop file
     #[arg(long, value_name = "OUT.toml")]
     model: Option<PathBuf>,
+    /// A page for people: one HTML file that needs nothing else
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Healthy recordings that the nominal numbers (or the identified plant) come from
+    #[arg(long, value_name = "H.csv", num_args = 1..)]
+    healthy: Vec<PathBuf>,
     #[command(flatten)]
     reading: RecordingArguments,
 }
@@ -40,9 +46,18 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let read = |path: &Path| Signals::new(&Recording::read(path, &options)?, &model);
     let train = read(&arguments.recording)?;
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
+    let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
+    let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
+    // The plant that is diagnosed, where the loop file leaves it open.
+    let model = identify::plant(&model, &train)?.unwrap_or(model);
     let found = diagnose(&train, holdout.as_ref(), &model)?;
     if let Some(path) = &arguments.model {
         output::write_text(path, &found.improved.to_toml())?;
+    }
+    if let Some(path) = &arguments.report {
+        let name = arguments.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
+        let shown = holdout.as_ref().unwrap_or(&train);
+        output::write_text(path, &page::html(&found, &model, &train, shown, &name)?)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());

@@ -10,6 +10,8 @@ use super::signals::{Signals, deviation};
 /// What the replay shows.
 #[derive(Debug, Clone)]
 pub struct ControllerReplay {
+    /// u as the law makes it.
+    pub u: Vec<f64>,
     /// Recorded less replayed u.
     pub error: Vec<f64>,
     /// Its root mean square over u's standard deviation.
@@ -59,5 +61,5 @@ pub fn replay(model: &Loop, signals: &Signals) -> Option<ControllerReplay> {
             late(*a).total_cmp(&late(*b))
         })
         .unwrap_or(0);
-    Some(ControllerReplay { relative: rms(&error) / scale, error, gain: cross / power.max(1e-300), shift })
+    Some(ControllerReplay { relative: rms(&error) / scale, u: replayed, error, gain: cross / power.max(1e-300), shift })
 }

@@ -5,6 +5,7 @@
 //! for parameters in which the prediction is only piecewise smooth (gaps, delays, onsets).
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::model::{Free, Model, Target};
 use super::signals::Signals;
@@ -44,7 +45,9 @@ impl Effort {
     /// A first look.
     pub const LOOK: Self = Self { steps: 4, enough: 1e-3 };
     /// To the end.
-    pub const FULL: Self = Self { steps: 25, enough: 1e-6 };
+    pub const FULL: Self = Self { steps: 15, enough: 1e-5 };
+    /// One step, to compare starting points.
+    pub const STEP: Self = Self { steps: 1, enough: 1e-3 };
 }
 
 impl Fit {
@@ -98,7 +101,7 @@ impl Fit {
     /// Alternates between noise model and parameters until the likelihood stands.
     #[must_use]
     pub fn settle(mut self, signals: &Signals, effort: Effort) -> Self {
-        for _ in 0..4 {
+        for _ in 0..3 {
             let whitener = Whitener::of(&self.residual);
             let again = Self::at(self.model.clone(), self.residual.clone(), whitener).search(signals, effort);
             let gained = again.log_likelihood - self.log_likelihood;
@@ -150,23 +153,23 @@ pub(super) fn coarse(name: &str) -> bool {
 
 fn jacobian(fit: &Fit, signals: &Signals) -> Option<DMatrix<f64>> {
     let rows = fit.residual.len() - fit.whitener.order();
-    let mut columns = Vec::with_capacity(fit.model.x.len());
-    for (i, free) in fit.model.free.iter().enumerate() {
-        let h = difference(free, fit.model.x[i], signals.sample_time_s);
+    let column = |(i, free): (usize, &Free)| {
+        let at = fit.model.x.get(i).copied().unwrap_or(0.0);
+        let h = difference(free, at, signals.sample_time_s);
         let moved = [h, -h].into_iter().find_map(|h| {
             let mut x = fit.model.x.clone();
-            x[i] += h;
+            *x.get_mut(i)? += h;
             fit.model.residual(&x, signals).map(|residual| (h, residual))
         });
-        let column = match moved {
+        match moved {
             Some((h, residual)) => {
                 let change: Vec<f64> = residual.iter().zip(&fit.residual).map(|(a, b)| (a - b) / h).collect();
                 DVector::from_vec(fit.whitener.apply(&change))
             }
             None => DVector::zeros(rows),
-        };
-        columns.push(column);
-    }
+        }
+    };
+    let columns: Vec<DVector<f64>> = fit.model.free.par_iter().enumerate().map(column).collect();
     if columns.is_empty() { None } else { Some(DMatrix::from_columns(&columns)) }
 }
 

@@ -12,10 +12,7 @@ const BLOCKS: usize = 16;
 /// same for models that are compared, else the noise models compete instead of the physics. Only the state at the
 /// hold-out's first sample is found anew.
 pub fn block_likelihoods(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec<f64>> {
-    let states = start_only(&fit.model, holdout)?;
-    let started = Fit::start(&states, holdout, whitener)?;
-    let started = if states.free.is_empty() { started } else { started.search(holdout, Effort::LOOK) };
-    let white = started.white();
+    let white = whitener.apply(&residual(fit, holdout, whitener)?);
     let length = (white.len() / BLOCKS).max(1);
     Some(
         white
@@ -24,6 +21,14 @@ pub fn block_likelihoods(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> O
             .map(|block| -0.5 * block.len() as f64 * libm::log(mean_square(block).max(1e-300)))
             .collect(),
     )
+}
+
+/// Measured less predicted y on the hold-out, the parameters being those of the fit.
+pub fn residual(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec<f64>> {
+    let states = start_only(&fit.model, holdout)?;
+    let started = Fit::start(&states, holdout, whitener)?;
+    let started = if states.free.is_empty() { started } else { started.search(holdout, Effort::LOOK) };
+    Some(started.residual)
 }
 
 /// The model with everything but the starting state fixed at its point.

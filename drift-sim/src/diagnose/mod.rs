@@ -8,6 +8,7 @@
 pub mod by_direction;
 pub mod candidates;
 pub mod constant_load;
+pub mod controller_fault;
 pub mod controller_replay;
 pub mod features;
 pub mod fit;
@@ -26,6 +27,7 @@ pub mod quantum;
 pub mod report;
 pub mod screen;
 pub mod select;
+pub mod sensor_effects;
 pub mod signals;
 pub mod spectrum;
 pub mod whiten;
@@ -49,6 +51,10 @@ const MOST_TERMS: usize = 3;
 const MOST_TIED: usize = 3;
 /// Share of u that a term must move in closed loop to matter.
 const LEAST_EFFECT: f64 = 0.01;
+/// Squared closed-loop error, over that which sensor noise alone makes, up to which nothing is looked for.
+const FLOOR: f64 = 1.1;
+/// Relative error of the replayed law from which something is wrong with it although no fault explains it.
+const LAW_IS_ANOTHER: f64 = 0.1;
 /// Factor by which a term may raise the closed loop's error on the hold-out: chance alone.
 const WORSE: f64 = 1.02;
 /// Part of a recording that is held out when no other is given.
@@ -92,6 +98,13 @@ pub struct Named {
     pub train_gain: f64,
     /// Gain on the hold-out in standard errors.
     pub holdout_errors: f64,
+}
+
+impl Named {
+    /// A term of one parameter that was found outside the search.
+    fn alone(term: Term, half_width: f64, train_gain: f64, holdout_errors: f64) -> Self {
+        Self { term, half_widths: vec![half_width], tied: Vec::new(), train_gain, holdout_errors }
+    }
 }
 
 /// A nominal parameter before and after.
@@ -205,7 +218,7 @@ impl Case<'_> {
         let mut named: Vec<(Scored, Vec<&'static str>)> = Vec::new();
         let mut rejected = Vec::new();
         let mut located = None;
-        while named.len() < MOST_TERMS {
+        while named.len() < MOST_TERMS && self.unexplained(&base) {
             let from = if named.is_empty() { from.as_ref().unwrap_or(&stated) } else { &base };
             let left = self.missing_drive(&base);
             let scored = self.round(from, &base, left.as_ref());
@@ -321,6 +334,21 @@ impl Case<'_> {
         Some((winner.clone(), tied))
     }
 
+    /// Whether the closed loop is further from what was measured than noise and terms that don't matter would bring it.
+    fn unexplained(&self, fit: &Fit) -> bool {
+        let run = || {
+            let (model, _) = fit.model.loop_at(&fit.model.x)?;
+            let error = |pct: prove::FitPct| 0.01 * (100.0 - pct.u_pct.unwrap_or(pct.y_pct));
+            let [seen, unseen] = [self.train, self.holdout].map(|signals| {
+                let far = error(fit_pct(&model, signals)?);
+                let floor = error(noise_floor(&model, fit, signals)?);
+                Some(far * far > FLOOR * floor * floor + LEAST_EFFECT * LEAST_EFFECT)
+            });
+            Some(seen? || unseen?)
+        };
+        run().unwrap_or(true)
+    }
+
     /// Whether the closed loop of the hold-out comes no further from what was measured.
     fn helps(&self, base: &Fit, with: &Fit) -> bool {
         let fit = |fit: &Fit| {
@@ -390,6 +418,25 @@ impl Case<'_> {
         if physics.len() > 1 && named.first().is_some_and(|(s, _)| s.candidate.kind.name == "load_step") {
             // It was laid under the others, which are stronger.
             physics.rotate_left(1);
+        }
+        let (mut improved, mut located) = (improved, located);
+        for effect in sensor_effects::find(base, self.train, self.holdout, self.whole.len() > self.train.len()) {
+            improved.physics.push(effect.term.clone());
+            physics.push(Named::alone(effect.term, effect.half_width, effect.train_gain, effect.holdout_errors));
+        }
+        if let Some(replay) = &controller {
+            let fault = controller_fault::find(self.nominal, replay, self.train, self.holdout);
+            match fault {
+                Some(fault) => {
+                    improved.physics.push(fault.term.clone());
+                    let errors = fault.holdout_share * libm::sqrt(self.holdout.len() as f64);
+                    physics.insert(0, Named::alone(fault.term, fault.half_width, fault.train_gain, errors));
+                }
+                None if replay.relative > LAW_IS_ANOTHER && physics.is_empty() => {
+                    located = Some(Place::Controller);
+                }
+                None => {}
+            }
         }
         let parameters = refitted_parameters(base, &widths);
         let changed = refit.log_likelihood - stated.clone().renoised().log_likelihood > 20.0

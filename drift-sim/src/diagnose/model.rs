@@ -4,7 +4,7 @@
 use crate::control_loop::Loop;
 use crate::physics::{Range, Term};
 use crate::plant::{Output, Plant};
-use crate::simulate::{Simulation, Start};
+use crate::simulate::{SUBSTEPS, Simulation, Start};
 
 use super::observer;
 use super::part_time;
@@ -323,9 +323,14 @@ impl Model {
 
     /// y as predicted from the recorded u, at x; `None` where x is impossible or the prediction diverges.
     pub fn predict(&self, x: &[f64], signals: &Signals) -> Option<Vec<f64>> {
+        self.predict_with(x, signals, SUBSTEPS)
+    }
+
+    /// The same with another number of sub-steps where terms act along the way.
+    pub fn predict_with(&self, x: &[f64], signals: &Signals, substeps: usize) -> Option<Vec<f64>> {
         let (model, start) = self.loop_at(x)?;
         let model = part_time::of(model, signals.origin_s);
-        let mut simulation = Simulation::new(&model, 0).ok()?;
+        let mut simulation = Simulation::with_substeps(&model, 0, substeps).ok()?;
         simulation.start(&start).ok()?;
         let mut now = vec![0.0; signals.inputs.len()];
         let gains = observer::gains(&self.nominal.plant, signals.sample_time_s);

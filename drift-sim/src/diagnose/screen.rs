@@ -15,7 +15,7 @@ use super::signals::Signals;
 use super::whiten::Whitener;
 
 /// Onsets tried across the recording.
-const ONSETS: usize = 24;
+const ONSETS: usize = 16;
 /// Sizes tried around each starting value.
 const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
@@ -154,7 +154,7 @@ fn screen_kind(
         let mut tried: Vec<Trial> = terms.iter().filter_map(|term| stick.try_out(term, signals)).collect();
         tried.sort_by(|a, b| b.share.total_cmp(&a.share));
         let jumps = kind.parameters.iter().any(|p| coarse(p.name));
-        for trial in tried.into_iter().take(if jumps { 3 * most } else { most }) {
+        for trial in tried.into_iter().take(if jumps { 4 * most } else { most }) {
             let later = trial.term.onset_s > 0.0;
             let trial = if later { refine_onset(trial, stick, signals) } else { trial };
             if kept.iter().all(|other| other.model.x != trial.model.x) {
@@ -183,7 +183,7 @@ fn refine_onset(trial: Trial, stick: &Yardstick, signals: &Signals) -> Trial {
     };
     let (mut a, mut b) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
     let (mut at_a, mut at_b) = (share_at(a), share_at(b));
-    while to - from > 2.0 * signals.sample_time_s && to - from > 1e-4 * signals.duration_s() {
+    while to - from > 2.0 * signals.sample_time_s && to - from > 2e-3 * signals.duration_s() {
         if at_a > at_b {
             (to, b, at_b) = (b, a, at_a);
             a = to - GOLDEN * (to - from);
@@ -214,7 +214,7 @@ fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> V
     }
     let onsets: Vec<f64> = (1..ONSETS).map(|i| duration_s * i as f64 / ONSETS as f64).collect();
     let mut terms = Vec::new();
-    for parameters in &starts {
+    for (start_index, parameters) in starts.iter().enumerate() {
         let sizes: &[f64] = if kind.begins == Begins::Start && starts.len() < 12 { &FACTORS } else { &[1.0] };
         for factor in sizes {
             let term = Term {
@@ -229,7 +229,8 @@ fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> V
             if kind.begins != Begins::Later {
                 terms.push(term.clone());
             }
-            if kind.begins != Begins::Start {
+            // What is in proportion to its size needs no second size at each onset.
+            if kind.begins != Begins::Start && (start_index == 0 || kind.parameters.len() > 1) {
                 terms.extend(onsets.iter().map(|t| term.clone().from_s(*t)));
             }
         }

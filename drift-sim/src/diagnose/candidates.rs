@@ -20,11 +20,11 @@ pub struct Candidate {
 }
 
 /// Kinds looked at after the screening, of those that it puts first.
-const LOOKED_AT: usize = 10;
+const LOOKED_AT: usize = 14;
 /// Starting points of a kind that are followed beyond one step.
-const FOLLOWED: usize = 2;
+const FOLLOWED: usize = 3;
 /// Candidates fitted to the end.
-const FINALISTS: usize = 4;
+const FINALISTS: usize = 5;
 
 /// Fits the kinds that the screening puts first; the finalists first, by falling likelihood.
 pub fn fit_all(trials: &[Vec<Trial>], signals: &Signals) -> Vec<Candidate> {

@@ -45,7 +45,7 @@ impl Effort {
     /// A first look.
     pub const LOOK: Self = Self { steps: 4, enough: 1e-3 };
     /// To the end.
-    pub const FULL: Self = Self { steps: 15, enough: 1e-5 };
+    pub const FULL: Self = Self { steps: 20, enough: 2e-6 };
     /// One step, to compare starting points.
     pub const STEP: Self = Self { steps: 1, enough: 1e-3 };
 }

@@ -93,7 +93,7 @@ impl MissingDrive {
 }
 
 /// Sensor noise, from second differences: what changes from sample to sample faster than a plant can.
-fn noise_floor(error: &[f64]) -> f64 {
+pub fn noise_floor(error: &[f64]) -> f64 {
     let second: Vec<f64> = error.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
     (mean_square(&second) / 6.0).max(1e-30)
 }

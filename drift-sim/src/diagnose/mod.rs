@@ -53,6 +53,8 @@ const MOST_TIED: usize = 3;
 const LEAST_EFFECT: f64 = 0.01;
 /// Squared closed-loop error, over that which sensor noise alone makes, up to which nothing is looked for.
 const FLOOR: f64 = 1.1;
+/// Relative closed-loop error beyond it, below which nothing is looked for.
+const LEAST_ERROR: f64 = 0.003;
 /// Relative error of the replayed law from which something is wrong with it although no fault explains it.
 const LAW_IS_ANOTHER: f64 = 0.1;
 /// Factor by which a term may raise the closed loop's error on the hold-out: chance alone.
@@ -341,8 +343,10 @@ impl Case<'_> {
             let error = |pct: prove::FitPct| 0.01 * (100.0 - pct.u_pct.unwrap_or(pct.y_pct));
             let [seen, unseen] = [self.train, self.holdout].map(|signals| {
                 let far = error(fit_pct(&model, signals)?);
-                let floor = error(noise_floor(&model, fit, signals)?);
-                Some(far * far > FLOOR * floor * floor + LEAST_EFFECT * LEAST_EFFECT)
+                // Only what changes faster than a plant can is sure to be noise.
+                let noise = missing_drive::noise_floor(&fit.residual);
+                let floor = error(noise_floor(&model, noise, signals)?);
+                Some(far * far > FLOOR * floor * floor + LEAST_ERROR * LEAST_ERROR)
             });
             Some(seen? || unseen?)
         };
@@ -470,7 +474,7 @@ impl Case<'_> {
             train: fits(self.train),
             holdout: fits(self.holdout),
             improvement,
-            noise_floor: noise_floor(&improved, base, self.holdout),
+            noise_floor: noise_floor(&improved, base.variance, self.holdout),
             refitted,
             improved,
             drive_left: self.missing_drive(base),
@@ -540,10 +544,10 @@ fn fit_pct(model: &Loop, signals: &Signals) -> Option<prove::FitPct> {
 }
 
 /// How well the improved model fits itself under sensor noise of the size seen.
-fn noise_floor(improved: &Loop, fit: &Fit, signals: &Signals) -> Option<prove::FitPct> {
+fn noise_floor(improved: &Loop, variance: f64, signals: &Signals) -> Option<prove::FitPct> {
     let quiet = prove::run(improved, signals, 0)?;
     let mut noisy = improved.clone();
-    noisy.sensor.noise = libm::sqrt(fit.variance);
+    noisy.sensor.noise = libm::sqrt(variance);
     let trace = prove::run(&noisy, signals, 1)?;
     let measured = Signals { y: trace.y, u: trace.u, ..signals.clone() };
     Some(prove::fit_of(improved, &quiet, &measured))

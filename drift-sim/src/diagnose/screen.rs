@@ -15,7 +15,7 @@ use super::signals::Signals;
 use super::whiten::Whitener;
 
 /// Onsets tried across the recording.
-const ONSETS: usize = 16;
+const ONSETS: usize = 24;
 /// Sizes tried around each starting value.
 const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
@@ -183,7 +183,7 @@ fn refine_onset(trial: Trial, stick: &Yardstick, signals: &Signals) -> Trial {
     };
     let (mut a, mut b) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
     let (mut at_a, mut at_b) = (share_at(a), share_at(b));
-    while to - from > 2.0 * signals.sample_time_s && to - from > 2e-3 * signals.duration_s() {
+    while to - from > 2.0 * signals.sample_time_s && to - from > 1e-4 * signals.duration_s() {
         if at_a > at_b {
             (to, b, at_b) = (b, a, at_a);
             a = to - GOLDEN * (to - from);

@@ -61,7 +61,11 @@ impl Scored {
 
 /// Scores all candidates against the refitted nominal model, best first.
 pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Vec<Scored> {
-    let reference = holdout::block_likelihoods(nominal, holdout, &nominal.whitener).unwrap_or_default();
+    // One noise model for all: that of the most likely model. The nominal one's would take slow effects for noise.
+    let likely = candidates.iter().map(|c| &c.fit).chain([nominal]);
+    let likely = likely.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood)).unwrap_or(nominal);
+    let whitener = likely.whitener.clone();
+    let reference = holdout::block_likelihoods(nominal, holdout, &whitener).unwrap_or_default();
     let white = nominal.white();
     let share = effective_samples(&white) / white.len().max(1) as f64;
     let cost = 0.5 * libm::log((white.len() as f64 * share).max(2.0));
@@ -70,7 +74,7 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
         .map(|candidate| {
             let extra = candidate.fit.model.physical().saturating_sub(nominal.model.physical()) as f64;
             let raw = candidate.fit.log_likelihood - nominal.log_likelihood;
-            let blocks = holdout::block_likelihoods(&candidate.fit, holdout, &nominal.whitener).unwrap_or_default();
+            let blocks = holdout::block_likelihoods(&candidate.fit, holdout, &whitener).unwrap_or_default();
             let (mean, error) = holdout::gain(&blocks, &reference);
             let usable = blocks.len() == reference.len() && !blocks.is_empty();
             Scored {

@@ -45,8 +45,8 @@ pub fn two_levels(signal: &[f64]) -> Option<TwoLevels> {
         return None;
     }
     let (cut, below, above) = otsu(&sorted)?;
-    // Off is where it is most of the time.
-    let on_is_above = n - cut < cut;
+    // Off is the level that is nearer to nothing.
+    let on_is_above = above.abs() > below.abs();
     let share = if on_is_above { n - cut } else { cut } as f64 / n as f64;
     if !(SHARE[0]..=SHARE[1]).contains(&share) {
         return None;

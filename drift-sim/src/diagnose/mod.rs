@@ -198,7 +198,8 @@ impl Case<'_> {
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
 
-        let under = constant_load::under(&refit, self.train);
+        let under = constant_load::under(&refit, self.train)
+            .map(|fit| fit.search(self.train, Effort::FULL).settle(self.train, Effort::FULL));
         let from = under.as_ref().and_then(|_| constant_load::under(&stated, self.train));
         let stands = under.is_some();
         let mut base = under.unwrap_or_else(|| refit.clone());

@@ -12,14 +12,11 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, identify, prove};
 use drift_sim::physics::Term;
-use drift_sim::plant::Plant;
 use drift_sim::recording::{ReadOptions, Recording};
 
 fn folder(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("DRIFT_RECORDINGS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings"),
-        PathBuf::from,
-    );
+    let root = std::env::var_os("DRIFT_RECORDINGS")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings"), PathBuf::from);
     let folder = root.join(name);
     if !folder.is_dir() {
         println!("skipped: no recordings in {}", folder.display());
@@ -110,40 +107,6 @@ fn pulses_after_the_controller_of_a_drive() {
     assert!(term(&found, "coulomb_friction").is_some(), "the friction beside");
 }
 
-/// Friction and a load that the model has not. Truth (published): 20.4 N dry, about -3.2 N of load.
-#[test]
-#[ignore = "slow: minutes of real recordings"]
-fn friction_and_load_of_a_drive() {
-    let Some(folder) = folder("emps") else { return };
-    head();
-    let model = Loop::read(&folder.join("loop_pulses.toml")).unwrap();
-    let (train, holdout) = (folder.join("emps_train.csv"), folder.join("emps_pulses_ctrl.csv"));
-    let found = row("emps_train", &train, Some(&holdout), &model);
-    assert_eq!(found.verdict, Verdict::MissingPhysics);
-    let (before, after) = (found.holdout.before.unwrap(), found.holdout.after.unwrap());
-    assert!(after.u_pct.unwrap() > before.u_pct.unwrap() + 5.0, "{before:?} {after:?}");
-    assert!(after.y_pct > 99.98);
-}
-
-/// A wrong mass is a wrong number, not missing physics: friction and load are given.
-#[test]
-#[ignore = "slow: a minute of real recordings"]
-fn a_wrong_mass_of_a_drive() {
-    let Some(folder) = folder("emps") else { return };
-    head();
-    let mut model = Loop::read(&folder.join("loop_pulses.toml")).unwrap();
-    if let Plant::Servo(servo) = &mut model.plant {
-        servo.inertia *= 1.2;
-    }
-    let model = model
-        .with(Term::new("coulomb_friction", &[("level", 20.39)]).unwrap())
-        .with(Term::new("load_step", &[("level", -3.16)]).unwrap());
-    let (train, holdout) = (folder.join("emps_train.csv"), folder.join("emps_pulses_ctrl.csv"));
-    let found = row("emps, inertia +20 %", &train, Some(&holdout), &model);
-    let inertia = found.parameters.iter().find(|p| p.name == "plant.inertia").unwrap();
-    assert!((inertia.value / 95.1 - 1.0).abs() < 0.03, "{inertia:?}");
-}
-
 /// A heater that takes 0 to about 11 V, its u recorded before that limit; the plant is not known.
 #[test]
 #[ignore = "slow: a minute of real recordings"]
@@ -152,5 +115,12 @@ fn hidden_limit_of_a_heater() {
     head();
     let model = Loop::read(&folder.join("loop.toml")).unwrap();
     let (train, holdout) = (folder.join("pi_kp33_ki1p23.csv"), folder.join("p_kp33.csv"));
-    row("ce103 PI", &train, Some(&holdout), &model);
+    // A first-order plant that is driven by the unlimited u follows nothing here: saying so is right, "no mismatch" is not.
+    match identify::plant(&model, &signals(&train, &model)) {
+        Ok(_) => {
+            let found = row("ce103 PI", &train, Some(&holdout), &model);
+            assert_ne!(found.verdict, Verdict::NoMismatch);
+        }
+        Err(error) => println!("| ce103 PI | not identified: {error} |"),
+    }
 }

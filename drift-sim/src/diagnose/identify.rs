@@ -19,13 +19,17 @@ use super::whiten::Whitener;
 const TIME_CONSTANTS: usize = 18;
 /// Dead times tried, in samples.
 const DELAYS: [usize; 10] = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55];
+/// Longest time constant that a recording can show, in its own lengths.
+const SLOWEST: f64 = 10.0;
+/// Part of y's variance on the unseen third that a plant may leave, else nothing was identified.
+const LEFT_OVER: f64 = 0.5;
 /// Starting points that are searched to the end.
 const SEARCHED: usize = 4;
 
 /// The loop with a plant fitted to the recording; `None` where its plant is known.
 ///
 /// # Errors
-/// No stable first-order plant follows the recorded u.
+/// No first-order plant explains half of y on the last third.
 pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Loop>> {
     if model.plant != Plant::Identify {
         return Ok(None);
@@ -51,13 +55,15 @@ pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Loop>> {
             let fitted = start.search(&first, Effort::FULL);
             let (found, _) = fitted.model.loop_at(&fitted.model.x)?;
             let unseen = Fit::start(&Model::refit(&found, &last), &last, &Whitener::none())?;
-            Some((unseen.variance, found))
+            let slow = matches!(&found.plant, Plant::FirstOrder(p) if p.time_constant_s > SLOWEST * signals.duration_s());
+            let variance = deviation(&last.y) * deviation(&last.y);
+            (!slow && unseen.variance < LEFT_OVER * variance).then_some((unseen.variance, found))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, found)| Some(found))
         .ok_or_else(|| {
-            Error::new("no stable linear plant of first order follows the recorded u")
-                .allowed("a recording in which u moves y; or a plant in the loop file")
+            Error::new("no linear plant of first order follows the recorded u on its last third: nothing can be said on such a plant")
+                .allowed("a recording in which u moves y and reaches the plant unchanged (--healthy), or a plant in the loop file")
         })
 }
 
@@ -80,7 +86,9 @@ pub fn from_healthy(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
     let Some(first) = fitted.first() else { return Ok(model.clone()) };
     let numbers: Vec<Vec<f64>> = fitted
         .iter()
-        .map(|found| super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect())
+        .map(|found| {
+            super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect()
+        })
         .collect();
     let median = |i: usize| {
         let mut values: Vec<f64> = numbers.iter().filter_map(|row| row.get(i).copied()).collect();

@@ -67,9 +67,8 @@ pub fn two_levels(signal: &[f64]) -> Option<TwoLevels> {
     };
     let (on, off) = (part(true), part(false));
     let (mean_on, mean_off) = (mean(&on), mean(&off));
-    let within = libm::sqrt(
-        (squares(&on, mean_on) + squares(&off, mean_off)) / (on.len() + off.len()).max(1) as f64,
-    );
+    let within =
+        libm::sqrt((squares(&on, mean_on) + squares(&off, mean_off)) / (on.len() + off.len()).max(1) as f64);
     let level = mean_on - mean_off;
     (level.abs() > APART * within).then_some(TwoLevels { level, spans })
 }

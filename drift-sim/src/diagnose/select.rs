@@ -70,7 +70,8 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
         .map(|candidate| {
             let extra = candidate.fit.model.physical().saturating_sub(nominal.model.physical()) as f64;
             let raw = candidate.fit.log_likelihood - nominal.log_likelihood;
-            let blocks = holdout::block_likelihoods(&candidate.fit, holdout, &nominal.whitener).unwrap_or_default();
+            let blocks =
+                holdout::block_likelihoods(&candidate.fit, holdout, &nominal.whitener).unwrap_or_default();
             let (mean, error) = holdout::gain(&blocks, &reference);
             let usable = blocks.len() == reference.len() && !blocks.is_empty();
             Scored {

@@ -173,7 +173,7 @@ fn moved(fit: &Fit, edge: usize, by_s: f64, signals: &Signals) -> Option<Fit> {
     let mut model = fit.model.clone();
     let spans = &mut model.nominal.physics.last_mut()?.spans;
     let span = spans.get_mut(edge / 2)?;
-    let side = if edge % 2 == 0 { &mut span.0 } else { &mut span.1 };
+    let side = if edge.is_multiple_of(2) { &mut span.0 } else { &mut span.1 };
     // An edge that the recording does not reach has nothing to be judged by.
     if *side >= signals.duration_s() {
         return None;

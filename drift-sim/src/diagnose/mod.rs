@@ -216,7 +216,7 @@ impl Case<'_> {
                 }
                 break;
             };
-            if tied.len() >= MOST_TIED + 1 {
+            if tied.len() > MOST_TIED {
                 located = Some(winner.candidate.kind.place);
                 break;
             }

@@ -2,7 +2,7 @@
 //!
 //! One step a file: [`controller_replay`] (is the law as stated?), [`model`] and [`fit`] (the nominal parameters refitted on
 //! the whitened prediction error of y under the recorded u), [`missing_drive`], [`screen`] (every kind of physics, one
-//! simulation a trial), [`candidates`] (fits), [`select`] (false alarms first, then rivals, then ties), [`interval`],
+//! simulation a trial), [`injected`] (signals at two levels), [`candidates`] (fits), [`select`] (false alarms first, then rivals, then ties), [`interval`],
 //! [`prove`] (closed loop on unseen samples). [`report`] turns it into JSON.
 
 pub mod by_direction;

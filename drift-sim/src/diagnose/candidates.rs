@@ -75,7 +75,8 @@ fn branch(looked: &mut Vec<Candidate>, signals: &Signals) {
         return;
     }
     let plain = play.fit.model.without_term(point.physics.len().saturating_sub(1));
-    let sizes = [0.5, 0.6, 0.7, 0.85, 1.0].into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|jump| (band, jump)));
+    let sizes =
+        [0.5, 0.6, 0.7, 0.85, 1.0].into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|jump| (band, jump)));
     let trials: Vec<Trial> = sizes
         .filter_map(|(band, jump)| {
             let band = band * width;

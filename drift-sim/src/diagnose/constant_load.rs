@@ -9,7 +9,7 @@ use super::fit::{Effort, Fit};
 use super::signals::{Signals, deviation};
 use super::whiten::Whitener;
 
-/// The fit with a constant load beside; `None` where the plant has an offset of its own or a load is stated.
+/// The fit's point with a small constant load beside, not yet refitted; `None` where the plant has an offset of its own or a load is stated.
 pub fn under(fit: &Fit, signals: &Signals) -> Option<Fit> {
     let nominal = &fit.model.nominal;
     let has_one = nominal.physics.iter().any(|term| term.kind.name == "load_step");
@@ -17,11 +17,10 @@ pub fn under(fit: &Fit, signals: &Signals) -> Option<Fit> {
         return None;
     }
     // A small one, so that its scale is the drive's and not the number one.
-    let little = 1e-2 * deviation(&signals.u) * nominal.plant.drive_gain().abs();
+    let little = 1e-3 * deviation(&signals.u) * nominal.plant.drive_gain().abs();
     let load = Term::new("load_step", &[("level", little)]).ok()?;
     let model = fit.model.with_term(&load, false, signals.duration_s());
-    let started = Fit::start(&model, signals, &Whitener::none())?;
-    Some(started.search(signals, Effort::FULL).settle(signals, Effort::FULL))
+    Fit::start(&model, signals, &Whitener::none())
 }
 
 /// The fit without its term of this place among the loop's, refitted.

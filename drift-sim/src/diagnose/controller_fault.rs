@@ -50,7 +50,11 @@ fn line(v: &[f64], u: &[f64]) -> Option<Line> {
     let slope = pairs().map(|(v, u)| v * u).sum::<f64>() / power;
     let rest: Vec<f64> = pairs().map(|(v, u)| u - slope * v).collect();
     let variance = mean_square(&rest) * n / effective_samples(&rest);
-    Some(Line { slope, half_width: 1.96 * libm::sqrt(variance / power), left: libm::sqrt(mean_square(&rest)) })
+    Some(Line {
+        slope,
+        half_width: 1.96 * libm::sqrt(variance / power),
+        left: libm::sqrt(mean_square(&rest)),
+    })
 }
 
 /// The law's output late by `shift` samples, against u without its first samples.
@@ -59,7 +63,12 @@ fn late(replay: &ControllerReplay, signals: &Signals, shift: usize) -> Option<Li
 }
 
 /// The fault, if the law does not give the recorded u and one explains why on both recordings.
-pub fn find(model: &Loop, trained: &ControllerReplay, train: &Signals, holdout: &Signals) -> Option<ControllerFault> {
+pub fn find(
+    model: &Loop,
+    trained: &ControllerReplay,
+    train: &Signals,
+    holdout: &Signals,
+) -> Option<ControllerFault> {
     if trained.relative < TOLERANCE {
         return None;
     }
@@ -83,8 +92,10 @@ pub fn find(model: &Loop, trained: &ControllerReplay, train: &Signals, holdout: 
     } else {
         ("controller_delay", shift as f64 * train.sample_time_s, 0.5 * train.sample_time_s)
     };
-    if shift == 0 && ((found.slope - 1.0).abs() < LEAST_CHANGE.max(found.half_width)
-        || (found.slope - again.slope).abs() > 0.05 * found.slope.abs() + found.half_width + again.half_width)
+    if shift == 0
+        && ((found.slope - 1.0).abs() < LEAST_CHANGE.max(found.half_width)
+            || (found.slope - again.slope).abs()
+                > 0.05 * found.slope.abs() + found.half_width + again.half_width)
     {
         return None;
     }

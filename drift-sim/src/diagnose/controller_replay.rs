@@ -61,5 +61,11 @@ pub fn replay(model: &Loop, signals: &Signals) -> Option<ControllerReplay> {
             late(*a).total_cmp(&late(*b))
         })
         .unwrap_or(0);
-    Some(ControllerReplay { relative: rms(&error) / scale, u: replayed, error, gain: cross / power.max(1e-300), shift })
+    Some(ControllerReplay {
+        relative: rms(&error) / scale,
+        u: replayed,
+        error,
+        gain: cross / power.max(1e-300),
+        shift,
+    })
 }

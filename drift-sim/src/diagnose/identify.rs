@@ -1,9 +1,8 @@
 //! `kind = "identify"`: a linear plant is fitted first, so that an export without any model can be diagnosed.
 //!
-//! `T dy/dt = offset + K u(t - delay) - y`. Starting values come from autoregressions with exogenous input by least squares
-//! at several sample times and dead times (a fast sample time is for noise, a slow one for slow plants); the best are
-//! searched on the simulated output (output error), and the dead time is chosen on the last third, which no fit has
-//! seen. One time constant alone is tried: higher orders need an offset that the other plants don't have.
+//! `T dy/dt = offset + K u(t - delay) - y`. Given T and the dead time, K and the offset follow by least squares on the simulated output; the
+//! best points of a grid over both are searched on (output error), and what is taken is the best on the last third, which no fit
+//! has seen. One-step regressions (ARX) were tried: a hidden limit of the actuator makes them unstable. One time constant alone is tried: higher orders need an offset that the other plants don't have.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,27 +15,36 @@ use super::model::Model;
 use super::signals::{Signals, deviation};
 use super::whiten::Whitener;
 
-/// Sample times tried, in samples.
-const STRIDES: [usize; 5] = [1, 4, 16, 64, 256];
+/// Time constants tried, from three samples to the length of the recording, evenly in their logarithm.
+const TIME_CONSTANTS: usize = 18;
 /// Dead times tried, in samples.
 const DELAYS: [usize; 10] = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55];
+/// Longest time constant that a recording can show, in its own lengths.
+const SLOWEST: f64 = 10.0;
+/// Part of y's variance on the unseen third that a plant may leave, else nothing was identified.
+const LEFT_OVER: f64 = 0.5;
 /// Starting points that are searched to the end.
 const SEARCHED: usize = 4;
 
 /// The loop with a plant fitted to the recording; `None` where its plant is known.
 ///
 /// # Errors
-/// No stable first-order plant follows the recorded u.
+/// No first-order plant explains half of y on the last third.
 pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Loop>> {
     if model.plant != Plant::Identify {
         return Ok(None);
     }
     let cut = 2 * signals.len() / 3;
     let (first, last) = (signals.part(0, cut), signals.part(cut, signals.len()));
+    let shortest = 3.0 * signals.sample_time_s;
+    let ratio = (signals.duration_s() / shortest).max(1.0);
+    let lags: Vec<f64> = (0..TIME_CONSTANTS)
+        .map(|i| shortest * libm::pow(ratio, i as f64 / (TIME_CONSTANTS - 1) as f64))
+        .collect();
     let mut starts: Vec<Fit> = DELAYS
         .iter()
         .filter(|delay| **delay < first.len() / 10)
-        .flat_map(|delay| STRIDES.iter().filter_map(|stride| arx(&first, *stride, *delay)))
+        .flat_map(|delay| lags.iter().filter_map(|lag| lagged(&first, *lag, *delay)))
         .filter_map(|plant| fit(model, plant, &first))
         .collect();
     starts.sort_by(|a, b| a.variance.total_cmp(&b.variance));
@@ -47,13 +55,15 @@ pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Loop>> {
             let fitted = start.search(&first, Effort::FULL);
             let (found, _) = fitted.model.loop_at(&fitted.model.x)?;
             let unseen = Fit::start(&Model::refit(&found, &last), &last, &Whitener::none())?;
-            Some((unseen.variance, found))
+            let slow = matches!(&found.plant, Plant::FirstOrder(p) if p.time_constant_s > SLOWEST * signals.duration_s());
+            let variance = deviation(&last.y) * deviation(&last.y);
+            (!slow && unseen.variance < LEFT_OVER * variance).then_some((unseen.variance, found))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, found)| Some(found))
         .ok_or_else(|| {
-            Error::new("no stable linear plant of first order follows the recorded u")
-                .allowed("a recording in which u moves y; or a plant in the loop file")
+            Error::new("no linear plant of first order follows the recorded u on its last third: nothing can be said on such a plant")
+                .allowed("a recording in which u moves y and reaches the plant unchanged (--healthy), or a plant in the loop file")
         })
 }
 
@@ -76,7 +86,9 @@ pub fn from_healthy(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
     let Some(first) = fitted.first() else { return Ok(model.clone()) };
     let numbers: Vec<Vec<f64>> = fitted
         .iter()
-        .map(|found| super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect())
+        .map(|found| {
+            super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect()
+        })
         .collect();
     let median = |i: usize| {
         let mut values: Vec<f64> = numbers.iter().filter_map(|row| row.get(i).copied()).collect();
@@ -93,41 +105,33 @@ fn fit(model: &Loop, plant: FirstOrder, signals: &Signals) -> Option<Fit> {
     Fit::start(&Model::refit(&candidate, signals), signals, &Whitener::none())
 }
 
-/// `y[n+s] = a y[n] + b mean(u) + c` by least squares, at a stride of s samples; `None` where it is not a stable lag.
-fn arx(signals: &Signals, stride: usize, delay: usize) -> Option<FirstOrder> {
-    let n = signals.len();
-    if n < 20 * stride + delay {
-        return None;
-    }
-    let mut cumulated = vec![0.0];
-    for u in &signals.u {
-        cumulated.push(cumulated.last().copied().unwrap_or(0.0) + u);
-    }
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+/// Gain and offset by least squares for a time constant and a dead time: y is linear in both once u is lagged. `None` where
+/// u does not move y.
+fn lagged(signals: &Signals, time_constant_s: f64, delay: usize) -> Option<FirstOrder> {
+    let keep = libm::exp(-signals.sample_time_s / time_constant_s);
     let (y_scale, u_scale) = (deviation(&signals.y).max(1e-300), deviation(&signals.u).max(1e-300));
-    let (y0, u0) = (*signals.y.first()?, *signals.u.first()?);
-    for i in (delay..n - stride).step_by(stride.div_ceil(4)) {
-        let (y, next) = (signals.y.get(i)?, signals.y.get(i + stride)?);
-        let mean = (cumulated.get(i + stride - delay)? - cumulated.get(i - delay)?) / stride as f64;
-        let row = Vector3::new((y - y0) / y_scale, (mean - u0) / u_scale, 1.0);
-        if row.iter().all(|x| x.is_finite()) && next.is_finite() {
+    let (y0, u0) = (*signals.y.iter().find(|y| y.is_finite())?, *signals.u.first()?);
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    let (mut lag, mut start) = (0.0, 1.0);
+    for (n, y) in signals.y.iter().enumerate() {
+        let row = Vector3::new(lag, 1.0, start);
+        if y.is_finite() {
             normal += row * row.transpose();
-            right += row * ((next - y0) / y_scale);
+            right += row * ((y - y0) / y_scale);
         }
+        let u = n.checked_sub(delay).and_then(|at| signals.u.get(at)).unwrap_or(&u0);
+        lag = keep * lag + (1.0 - keep) * (u - u0) / u_scale;
+        start *= keep;
     }
     let solved = normal.lu().solve(&right)?;
-    let (a, b, c) = (solved[0], solved[1], solved[2]);
-    if !(a > 0.0 && a < 1.0) {
-        return None;
-    }
-    let gain = b / (1.0 - a) * y_scale / u_scale;
+    let gain = solved[0] * y_scale / u_scale;
     let plant = FirstOrder {
         gain,
-        time_constant_s: -(stride as f64) * signals.sample_time_s / libm::log(a),
+        time_constant_s,
         delay_s: delay as f64 * signals.sample_time_s,
-        offset: y0 + c / (1.0 - a) * y_scale - gain * u0,
+        offset: y0 + solved[1] * y_scale - gain * u0,
     };
-    (plant.time_constant_s.is_finite() && plant.gain.is_finite() && plant.offset.is_finite()).then_some(plant)
+    (gain != 0.0 && gain.is_finite() && plant.offset.is_finite()).then_some(plant)
 }
 
 #[cfg(test)]

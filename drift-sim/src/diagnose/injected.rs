@@ -45,8 +45,8 @@ pub fn two_levels(signal: &[f64]) -> Option<TwoLevels> {
         return None;
     }
     let (cut, below, above) = otsu(&sorted)?;
-    // Off is where it is most of the time.
-    let on_is_above = n - cut < cut;
+    // Off is the level that is nearer to nothing.
+    let on_is_above = above.abs() > below.abs();
     let share = if on_is_above { n - cut } else { cut } as f64 / n as f64;
     if !(SHARE[0]..=SHARE[1]).contains(&share) {
         return None;
@@ -67,9 +67,8 @@ pub fn two_levels(signal: &[f64]) -> Option<TwoLevels> {
     };
     let (on, off) = (part(true), part(false));
     let (mean_on, mean_off) = (mean(&on), mean(&off));
-    let within = libm::sqrt(
-        (squares(&on, mean_on) + squares(&off, mean_off)) / (on.len() + off.len()).max(1) as f64,
-    );
+    let within =
+        libm::sqrt((squares(&on, mean_on) + squares(&off, mean_off)) / (on.len() + off.len()).max(1) as f64);
     let level = mean_on - mean_off;
     (level.abs() > APART * within).then_some(TwoLevels { level, spans })
 }
@@ -174,7 +173,7 @@ fn moved(fit: &Fit, edge: usize, by_s: f64, signals: &Signals) -> Option<Fit> {
     let mut model = fit.model.clone();
     let spans = &mut model.nominal.physics.last_mut()?.spans;
     let span = spans.get_mut(edge / 2)?;
-    let side = if edge % 2 == 0 { &mut span.0 } else { &mut span.1 };
+    let side = if edge.is_multiple_of(2) { &mut span.0 } else { &mut span.1 };
     // An edge that the recording does not reach has nothing to be judged by.
     if *side >= signals.duration_s() {
         return None;

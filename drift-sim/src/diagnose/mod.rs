@@ -2,7 +2,7 @@
 //!
 //! One step a file: [`controller_replay`] (is the law as stated?), [`model`] and [`fit`] (the nominal parameters refitted on
 //! the whitened prediction error of y under the recorded u), [`missing_drive`], [`screen`] (every kind of physics, one
-//! simulation a trial), [`candidates`] (fits), [`select`] (false alarms first, then rivals, then ties), [`interval`],
+//! simulation a trial), [`injected`] (signals at two levels), [`candidates`] (fits), [`select`] (false alarms first, then rivals, then ties), [`interval`],
 //! [`prove`] (closed loop on unseen samples). [`report`] turns it into JSON.
 
 pub mod by_direction;
@@ -213,7 +213,8 @@ impl Case<'_> {
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
 
-        let under = constant_load::under(&refit, self.train);
+        let under = constant_load::under(&refit, self.train)
+            .map(|fit| fit.search(self.train, Effort::FULL).settle(self.train, Effort::FULL));
         let from = under.as_ref().and_then(|_| constant_load::under(&stated, self.train));
         let stands = under.is_some();
         let mut base = under.unwrap_or_else(|| refit.clone());
@@ -230,7 +231,7 @@ impl Case<'_> {
                 }
                 break;
             };
-            if tied.len() >= MOST_TIED + 1 {
+            if tied.len() > MOST_TIED {
                 located = Some(winner.candidate.kind.place);
                 break;
             }
@@ -424,9 +425,16 @@ impl Case<'_> {
             physics.rotate_left(1);
         }
         let (mut improved, mut located) = (improved, located);
-        for effect in sensor_effects::find(base, self.train, self.holdout, self.whole.len() > self.train.len()) {
+        for effect in
+            sensor_effects::find(base, self.train, self.holdout, self.whole.len() > self.train.len())
+        {
             improved.physics.push(effect.term.clone());
-            physics.push(Named::alone(effect.term, effect.half_width, effect.train_gain, effect.holdout_errors));
+            physics.push(Named::alone(
+                effect.term,
+                effect.half_width,
+                effect.train_gain,
+                effect.holdout_errors,
+            ));
         }
         if let Some(replay) = &controller {
             let fault = controller_fault::find(self.nominal, replay, self.train, self.holdout);

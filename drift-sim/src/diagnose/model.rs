@@ -247,8 +247,7 @@ impl Model {
             return model;
         }
         model.nominal.physics.remove(gone);
-        let of_gone =
-            |target: Target| matches!(target, Target::Term { term, .. } | Target::Onset(term) if term == gone);
+        let of_gone = |target: Target| matches!(target, Target::Term { term, .. } | Target::Onset(term) if term == gone);
         let earlier = |term: usize| if term > gone { term - 1 } else { term };
         let kept = self.free.iter().zip(&self.x).filter(|(free, _)| !of_gone(free.target));
         (model.free, model.x) = kept

@@ -24,7 +24,13 @@ th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid #ddd;vertical-
 ///
 /// # Errors
 /// A chart can't be drawn.
-pub fn html(found: &Diagnosis, nominal: &Loop, train: &Signals, shown: &Signals, name: &str) -> Result<String> {
+pub fn html(
+    found: &Diagnosis,
+    nominal: &Loop,
+    train: &Signals,
+    shown: &Signals,
+    name: &str,
+) -> Result<String> {
     let mut body = format!("<h1>Diagnosis of {}</h1>", escaped(name));
     body += &format!("<p class=\"verdict\">{}</p>", escaped(&sentence(found, nominal)));
     body += &physics_table(found, nominal);
@@ -67,8 +73,12 @@ fn sentence(found: &Diagnosis, nominal: &Loop) -> String {
         _ => String::new(),
     };
     match found.verdict {
-        Verdict::NoMismatch => "The model explains the recording; nothing is missing that it could show.".into(),
-        Verdict::Parameters => format!("The model is right, its numbers are not: refitted, it explains the recording.{gain}"),
+        Verdict::NoMismatch => {
+            "The model explains the recording; nothing is missing that it could show.".into()
+        }
+        Verdict::Parameters => {
+            format!("The model is right, its numbers are not: refitted, it explains the recording.{gain}")
+        }
         Verdict::Located => format!(
             "Something is missing at the {}, but this recording can't tell what.",
             found.place.map_or("loop", Place::name)
@@ -125,8 +135,10 @@ fn physics_table(found: &Diagnosis, nominal: &Loop) -> String {
             )
         })
         .collect();
-    section("Missing physics", &table(&["physics", "place", "parameter", "value", "unit", "95 % interval"], &rows))
-        + &onsets
+    section(
+        "Missing physics",
+        &table(&["physics", "place", "parameter", "value", "unit", "95 % interval"], &rows),
+    ) + &onsets
         + &spans
 }
 
@@ -160,7 +172,8 @@ fn runs(found: &Diagnosis, nominal: &Loop, signals: &Signals) -> Result<String> 
     let part = |trace: &Option<Trace>, of: fn(&Trace) -> &Vec<f64>| trace.as_ref().map(|t| of(t).clone());
     let both = |of: fn(&Trace) -> &Vec<f64>, measured: &[f64]| {
         let mut layers = vec![line("measured", Colour::Grey, measured)];
-        for (name, colour, trace) in [("before", Colour::Vermilion, &before), ("after", Colour::Blue, &after)] {
+        for (name, colour, trace) in [("before", Colour::Vermilion, &before), ("after", Colour::Blue, &after)]
+        {
             layers.extend(part(trace, of).map(|x| line(name, colour, &x)));
         }
         layers
@@ -194,7 +207,8 @@ fn drive(found: &Diagnosis, nominal: &Loop, train: &Signals) -> Result<String> {
     let Some(missing) = &found.missing_drive else { return Ok(String::new()) };
     let units = nominal.unit_names();
     let label = format!("missing drive / {}", units.drive);
-    let line = |name: &str, colour, x: &[f64]| Layer::signal(name, colour, train.start_s, train.sample_time_s, x);
+    let line =
+        |name: &str, colour, x: &[f64]| Layer::signal(name, colour, train.start_s, train.sample_time_s, x);
     let mut layers = vec![line("before", Colour::Vermilion, &missing.value)];
     if let Some(left) = &found.drive_left {
         layers.push(line("left after", Colour::Blue, &left.value));
@@ -293,7 +307,10 @@ fn untold(found: &Diagnosis) -> String {
         .filter_map(|r| physics::Kind::named(r.kind).ok())
         .map(|kind| row(&[kind.name, kind.excitation]))
         .collect();
-    let needs = format!("<details><summary>What would show them</summary>{}</details>", table(&["physics", "needs"], &needs));
+    let needs = format!(
+        "<details><summary>What would show them</summary>{}</details>",
+        table(&["physics", "needs"], &needs)
+    );
     section("What can't be told", &(ties + &table(&["physics", "why"], &rows) + &needs))
 }
 

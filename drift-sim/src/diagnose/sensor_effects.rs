@@ -49,7 +49,8 @@ fn noisier(fit: &Fit, train: &Signals, held: &[f64], continued: bool) -> Option<
     let change = noise_change::find(&white)?;
     let (before, after) = white.split_at_checked(change.at)?;
     let quiet = loudest(before)?;
-    if change.gain < LEAST_GAIN || change.ratio - change.half_width < LEAST_RATIO || softest(after)? <= quiet {
+    if change.gain < LEAST_GAIN || change.ratio - change.half_width < LEAST_RATIO || softest(after)? <= quiet
+    {
         return None;
     }
     let (old, new) = if continued { (before, held) } else { held.split_at_checked(change.at)? };
@@ -61,7 +62,12 @@ fn noisier(fit: &Fit, train: &Signals, held: &[f64], continued: bool) -> Option<
     let kind = Kind::named("sensor_noise").ok()?;
     let term = Term { kind, parameters: vec![change.ratio], onset_s: at, spans: Vec::new() };
     term.check().ok()?;
-    Some(SensorEffect { term, half_width: change.half_width, train_gain: change.gain, holdout_errors: errors })
+    Some(SensorEffect {
+        term,
+        half_width: change.half_width,
+        train_gain: change.gain,
+        holdout_errors: errors,
+    })
 }
 
 fn part_powers(x: &[f64]) -> Option<Vec<f64>> {

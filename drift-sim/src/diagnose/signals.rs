@@ -7,6 +7,9 @@ use crate::{Error, Result};
 /// The fewest samples from which anything is concluded.
 pub const LEAST_SAMPLES: usize = 100;
 
+/// How far the loop file's sample time may be from the recording's: rounded time stamps and nominal rates.
+const CLOCK: f64 = 0.02;
+
 /// r, y, u and the measured inputs. y is NaN where it is missing; r, u and inputs hold their last value there.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -30,11 +33,11 @@ impl Signals {
     /// Takes what the loop needs from a recording.
     ///
     /// # Errors
-    /// Another sample time than the loop's (beyond 1 %), a column that is missing, too few samples, or a y or u that
+    /// Another sample time than the loop's (beyond 2 %), a column that is missing, too few samples, or a y or u that
     /// never changes.
     pub fn new(recording: &Recording, model: &Loop) -> Result<Self> {
         let (ours, theirs) = (model.sample_time_s, recording.sample_time_s);
-        if (ours / theirs - 1.0).abs() > 0.01 {
+        if (ours / theirs - 1.0).abs() > CLOCK {
             return Err(Error::new(format!(
                 "the recording's sample time is {theirs} s, the loop file's {ours} s"
             ))

@@ -115,7 +115,7 @@ impl Course {
             let Some(side) = alarm else { return Verdict::Healthy };
             *self = Self { phase: Phase::Suspect, side, ..Self::HEALTHY };
         }
-        self.since.add(x, value);
+        self.since.add_without_scatter(x, value);
         self.weigh(decision, self.side.sign() * z);
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;
@@ -132,7 +132,18 @@ impl Course {
         self.hops = self.hops.saturating_add(1);
         let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
         let most = 0.5 * decision.log_odds;
-        self.evidence = (self.evidence + step.clamp(-most, most)).min(decision.log_odds);
+        // `clamp` would keep a path to a panic in the image.
+        let step_bounded = if step > most {
+            most
+        } else if step < -most {
+            -most
+        } else {
+            step
+        };
+        self.evidence += step_bounded;
+        if self.evidence > decision.log_odds {
+            self.evidence = decision.log_odds;
+        }
         if step > 0.0 {
             self.hops_away = self.hops_away.saturating_add(1);
             self.mean_away += (away - self.mean_away) / f32::from(self.hops_away);
@@ -141,7 +152,9 @@ impl Course {
 
     /// What the test takes "away" to be, sigmas.
     fn shift(&self, decision: &Decision) -> f32 {
-        decision.smallest_shift.max(0.5 * self.mean_away)
+        // `f32::max` would call fmaxf, which a C firmware may not link.
+        let half = 0.5 * self.mean_away;
+        if half > decision.smallest_shift { half } else { decision.smallest_shift }
     }
 
     pub(crate) fn verdict(&self) -> Verdict {

@@ -84,8 +84,10 @@ pub trait IndexSet<N: Number>: sealed::Sealed {
     fn keeps(index: Index) -> bool;
     /// Adds one valid tick.
     fn add(block: &mut Self::Block, tick_in_block: u32, step: &Step<N>);
-    /// Adds the sums of another stretch of the same block.
-    fn join(block: &mut Self::Block, other: &Self::Block);
+    /// Adds the sums of a stretch of ticks that ends before tick `end` of the same block.
+    fn join(block: &mut Self::Block, stretch: &Self::Block, end: u32);
+    /// A tick passes without a valid sample.
+    fn pass(block: &mut Self::Block);
     /// As if the ticks left out had shown the mean of the valid ones.
     fn extrapolate(block: &mut Self::Block, coverage: &Coverage);
     /// Zero in the indices that are kept.
@@ -164,9 +166,12 @@ impl<N: Number, J: ErrorIndex> IndexSet<N> for Pair<J> {
         block.error.add(tick_in_block, step.r.minus(step.y).magnitude(), J::SQUARED);
     }
     #[inline]
-    fn join(block: &mut Self::Block, other: &Self::Block) {
+    fn pass(block: &mut Self::Block) {
+        block.error.pass();
+    }
+    fn join(block: &mut Self::Block, other: &Self::Block, end: u32) {
         block.energy = N::join(block.energy, other.energy);
-        block.error.join(&other.error);
+        block.error.join(&other.error, end);
     }
     fn extrapolate(block: &mut Self::Block, coverage: &Coverage) {
         block.energy = N::extrapolate(block.energy, coverage.valid, coverage.whole);
@@ -261,9 +266,13 @@ impl<N: Number> IndexSet<N> for Full {
         }
     }
     #[inline]
-    fn join(block: &mut FullBlock<N>, other: &FullBlock<N>) {
-        block.absolute.join(&other.absolute);
-        block.square.join(&other.square);
+    fn pass(block: &mut FullBlock<N>) {
+        ErrorSums::<N>::pass(&mut block.absolute);
+        ErrorSums::<N>::pass(&mut block.square);
+    }
+    fn join(block: &mut FullBlock<N>, other: &FullBlock<N>, end: u32) {
+        block.absolute.join(&other.absolute, end);
+        block.square.join(&other.square, end);
         block.energy = N::join(block.energy, other.energy);
         block.u = N::join(block.u, other.u);
         block.y = N::join(block.y, other.y);

@@ -31,6 +31,16 @@ impl LineFit {
     /// Adds a window. What would overflow is passed over; at 2^24 windows it stops learning.
     pub fn add(&mut self, x: f32, value: f32) {
         let mut next = *self;
+        next.residual_ss += next.prediction_error_square(x - next.x_mean, value - next.value_mean);
+        next.learn(x, value);
+        if next.windows <= MOST_WINDOWS && next.finite() {
+            *self = next;
+        }
+    }
+
+    /// As [`LineFit::add`] for one who asks for the line alone: three divisions less.
+    pub(crate) fn add_without_scatter(&mut self, x: f32, value: f32) {
+        let mut next = *self;
         next.learn(x, value);
         if next.windows <= MOST_WINDOWS && next.finite() {
             *self = next;
@@ -39,7 +49,6 @@ impl LineFit {
 
     fn learn(&mut self, x: f32, value: f32) {
         let (dx, dv) = (x - self.x_mean, value - self.value_mean);
-        self.residual_ss += self.prediction_error_square(dx, dv);
         self.windows += 1;
         let weight = 1.0 / self.windows as f32;
         self.x_mean += dx * weight;

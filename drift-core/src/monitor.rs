@@ -9,7 +9,7 @@ use heapless::Vec;
 
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Config, ConfigError};
-use crate::course::{COURSE_BYTES, Course, Verdict};
+use crate::course::{COURSE_BYTES, Course, Decision, Verdict};
 use crate::detector::{Alarms, DETECTOR_BYTES, DetectorStates};
 use crate::index::Indices;
 use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
@@ -47,6 +47,14 @@ enum Link {
 #[derive(Debug, Clone)]
 pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> {
     config: &'c Config<N, C>,
+    /// The open block's last few ticks, not yet joined.
+    strip: S::Block,
+    tick_in_block: u16,
+    /// Ticks in the block at which the strip, or the block, ends.
+    strip_end: u16,
+    /// The next tick needs no closer look unless its sample is bad: the readings before are known, there are no
+    /// limits and no blanking.
+    usual: bool,
     /// Closed blocks; once it is full, `oldest` is overwritten. (heapless' own history buffer indexes with a bounds
     /// check, and with it a panic, that the compiler can't remove.)
     ring: Vec<S::Block, B, u8>,
@@ -54,14 +62,11 @@ pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize
     /// Bit i: the i-th newest block in the ring had enough valid ticks.
     valid_blocks: u64,
     open: S::Block,
-    /// The open block's last few ticks, not yet joined.
-    strip: S::Block,
     /// Ticks left out of the open block so far, and the sum of their positions in it.
     left_out: u16,
     time_left_out: u32,
     /// Valid ticks of the open block whose predecessor is not known.
     unpaired: u16,
-    tick_in_block: u16,
     blocks_to_hop: u16,
     link: Link,
     blank_ticks: u32,
@@ -86,9 +91,14 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         + C * (DETECTOR_BYTES + COURSE_BYTES)
         + CHECKSUM_BYTES;
 
-    /// Ticks per strip, less one: a power of two near the root of the block's length.
+    /// Ticks per strip, less one: a power of two near the root of the block's length, and at least 64 ticks: a
+    /// shorter strip costs more ticks than it saves rounding.
     const fn strip_mask(block_ticks: u32) -> u32 {
-        if N::EXACT { u16::MAX as u32 } else { (1 << block_ticks.ilog2().div_ceil(2)) - 1 }
+        if N::EXACT {
+            return u16::MAX as u32;
+        }
+        let half_bits = (33 - (block_ticks | 1).leading_zeros()) / 2;
+        (1 << if half_bits > 6 { half_bits } else { 6 }) - 1
     }
 
     /// A monitor that has seen nothing yet.
@@ -109,6 +119,8 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             time_left_out: 0,
             unpaired: 0,
             tick_in_block: 0,
+            strip_end: Self::strip_end(config, 0),
+            usual: false,
             blocks_to_hop: config.hop_blocks,
             link: Link::None,
             blank_ticks: 0,
@@ -131,12 +143,32 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
     /// One tick of the closed loop. `Some` once per hop, from the first full window on.
     ///
     /// Besides a hop: adds and compares only, no division, no square root, the same work every tick.
-    #[inline]
+    #[inline(always)]
     pub fn tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
+        // Three comparisons on most ticks; whatever else they can lead to is one call apart.
+        let next = self.tick_in_block.wrapping_add(1);
+        if self.usual && next != self.strip_end && N::surely_admissible(r, y, u) {
+            let tick = u32::from(self.tick_in_block);
+            self.tick_in_block = next;
+            let step = Step { r, y, u, r_before: self.r_before, y_before: self.y_before };
+            if S::KEEPS_EFFORT {
+                (self.r_before, self.y_before) = (r, y);
+            }
+            S::add(&mut self.strip, tick, &step);
+            return None;
+        }
+        self.rare_tick(r, y, u)
+    }
+
+    /// A tick that ends a strip, or has to be looked at more closely.
+    #[inline(never)]
+    fn rare_tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
         match self.admit(r, y, u) {
             Ok(step) => S::add(&mut self.strip, u32::from(self.tick_in_block), &step),
             Err(why) => self.leave_out(why),
         }
+        let guarded = self.config.saturation.is_some() || self.config.blanking.is_some();
+        self.usual = self.link == Link::Tick && !guarded;
         self.advance()
     }
 
@@ -147,6 +179,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             Input::Manual => {
                 // The loop closes again anywhere: a step across the gap is none of its own.
                 self.link = Link::None;
+                self.usual = false;
                 self.blank_ticks = self.blank_ticks.saturating_sub(1);
                 self.leave_out(Exclusion::Manual);
                 self.advance()
@@ -182,6 +215,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.start_block();
         self.blocks_to_hop = self.config.hop_blocks;
         self.link = Link::None;
+        self.usual = false;
         self.blank_ticks = 0;
         self.excluded = Excluded::NONE;
     }
@@ -193,7 +227,6 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         }
     }
 
-    #[inline(always)]
     fn admit(&mut self, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
         if !(r.admissible() && y.admissible() && u.admissible()) {
             self.miss();
@@ -225,6 +258,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// A tick without a usable sample: time passes.
     fn miss(&mut self) {
+        self.usual = false;
         if self.link == Link::Tick {
             self.link = Link::Gap;
         }
@@ -235,24 +269,30 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.excluded.count(why);
         self.left_out += 1;
         self.time_left_out += u32::from(self.tick_in_block);
+        S::pass(&mut self.strip);
     }
 
-    #[inline(always)]
     fn advance(&mut self) -> Option<Report<C>> {
-        let next = u32::from(self.tick_in_block) + 1;
-        if next >= self.config.block_ticks {
+        self.tick_in_block += 1;
+        if self.tick_in_block != self.strip_end {
+            return None;
+        }
+        self.join_strip();
+        if u32::from(self.tick_in_block) >= self.config.block_ticks {
             return self.close_block();
         }
-        self.tick_in_block = next as u16;
-        if next & Self::strip_mask(self.config.block_ticks) == 0 {
-            self.join_strip();
-        }
+        self.strip_end = Self::strip_end(self.config, self.tick_in_block);
         None
     }
 
-    #[inline(never)]
+    /// Where a strip that begins at `tick` ends.
+    fn strip_end(config: &Config<N, C>, tick: u16) -> u16 {
+        let end = (u32::from(tick) | Self::strip_mask(config.block_ticks)) + 1;
+        end.min(config.block_ticks) as u16
+    }
+
     fn join_strip(&mut self) {
-        S::join(&mut self.open, &self.strip);
+        S::join(&mut self.open, &self.strip, u32::from(self.tick_in_block));
         self.strip = S::EMPTY;
     }
 
@@ -263,6 +303,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.time_left_out = 0;
         self.unpaired = 0;
         self.tick_in_block = 0;
+        self.strip_end = Self::strip_end(self.config, 0);
     }
 
     fn store(&mut self, block: S::Block) {
@@ -282,7 +323,6 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     #[inline(never)]
     fn close_block(&mut self) -> Option<Report<C>> {
-        self.join_strip();
         let whole = self.config.block_ticks;
         let valid = whole.saturating_sub(u32::from(self.left_out));
         let paired = valid.saturating_sub(u32::from(self.unpaired));
@@ -299,31 +339,38 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
             return None;
         }
         self.blocks_to_hop = self.config.hop_blocks;
-        (self.ring.len() >= usize::from(self.config.window_blocks)).then(|| self.decide())
+        if self.ring.len() < usize::from(self.config.window_blocks) {
+            return None;
+        }
+        self.decide()
     }
 
-    #[inline(never)]
-    fn decide(&mut self) -> Report<C> {
+    #[inline(always)]
+    fn decide(&mut self) -> Option<Report<C>> {
         let indices = self.window();
-        let mut report = Report {
+        let (states, config) = (&mut self.channels, self.config);
+        // In its place from the start: the report is copied nowhere.
+        let mut decided = Some(Report {
             hop: self.hop,
             status: if indices.is_some() { WindowStatus::Valid } else { WindowStatus::TooFewValid },
             verdict: Verdict::Healthy,
             location: Location::Nowhere,
+            channels: core::array::from_fn(|i| match (states.get_mut(i), config.channels.get(i)) {
+                (Some(state), Some(channel)) => state.judge(&config.decision, channel, indices.as_ref()),
+                _ => unjudged(ChannelKind::Effort),
+            }),
             indices: indices.unwrap_or(Indices::NOT_KEPT),
             excluded: self.excluded,
-            channels: self.config.channels.each_ref().map(|c| unjudged(c.kind)),
-        };
-        for ((state, channel), out) in
-            self.channels.iter_mut().zip(&self.config.channels).zip(&mut report.channels)
-        {
-            *out = state.judge(self.config, channel, indices.as_ref());
-            report.verdict = report.verdict.max(out.verdict);
-            report.location = report.location.with(out);
+        });
+        if let Some(report) = &mut decided {
+            for channel in &report.channels {
+                report.verdict = report.verdict.max(channel.verdict);
+                report.location = report.location.with(channel);
+            }
         }
         self.hop = self.hop.wrapping_add(1);
         self.excluded = Excluded::NONE;
-        report
+        decided
     }
 
     /// Adds the ring up; `None` with too few valid blocks.
@@ -331,13 +378,16 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let blocks = u32::from(self.config.window_blocks);
         let block_is_valid =
             |place: u32| self.valid_blocks.wrapping_shr(blocks.saturating_sub(1 + place)) & 1 == 1;
-        let valid = (0..blocks).filter(|&place| block_is_valid(place)).count() as u32;
+        // The bits of the window's blocks; `blocks` is 1 to 64.
+        let window_bits = self.valid_blocks & (u64::MAX >> (64 - blocks.clamp(1, 64)));
+        let valid = window_bits.count_ones();
         if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
             return None;
         }
         // A block left out is taken as the mean of the valid ones at its own place: `fill` scales the sums, and
         // for those that are weighted with time each valid block also stands at the places left out.
-        let places_left_out: u32 = (0..blocks).filter(|&place| !block_is_valid(place)).sum();
+        let places_left_out: u32 =
+            if valid == blocks { 0 } else { (0..blocks).filter(|&place| !block_is_valid(place)).sum() };
         let offset_ticks = |place: u32| {
             let stands_at = if valid == blocks {
                 place as f32
@@ -349,9 +399,19 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let mut total = Indices::NOT_KEPT;
         S::begin(&mut total);
         let older = self.ring.len().saturating_sub(blocks as usize);
-        for (place, block) in (0..blocks).zip(self.stored().skip(older)) {
-            if block_is_valid(place) {
-                S::fold(&mut total, block, offset_ticks(place));
+        let (newer, oldest) = self.ring.split_at_checked(usize::from(self.oldest)).unwrap_or((&[], &[]));
+        let mut place = 0;
+        let mut skip = older;
+        for part in [oldest, newer] {
+            for block in part {
+                if skip > 0 {
+                    skip -= 1;
+                    continue;
+                }
+                if valid == blocks || block_is_valid(place) {
+                    S::fold(&mut total, block, offset_ticks(place));
+                }
+                place += 1;
             }
         }
         let by = Scale {
@@ -424,6 +484,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let blocks = usize::from(from.u16()?);
         self.valid_blocks = from.u64()?;
         self.tick_in_block = from.u16()?;
+        self.strip_end = Self::strip_end(self.config, self.tick_in_block);
         self.left_out = from.u16()?;
         self.time_left_out = from.u32()?;
         self.unpaired = from.u16()?;
@@ -510,18 +571,14 @@ fn unjudged(kind: ChannelKind) -> ChannelReport {
 }
 
 impl ChannelState {
-    fn judge<N: Number, const C: usize>(
-        &mut self,
-        config: &Config<N, C>,
-        channel: &Channel,
-        indices: Option<&Indices>,
-    ) -> ChannelReport {
+    #[inline(never)]
+    fn judge(&mut self, decision: &Decision, channel: &Channel, indices: Option<&Indices>) -> ChannelReport {
         let mut out = unjudged(channel.kind);
         out.verdict = self.course.verdict();
         if let Some(indices) = indices {
             (out.x, out.value) = channel.kind.coordinates(indices);
             if channel.baseline.learned() {
-                self.judge_residual(config, channel, &mut out);
+                self.judge_residual(decision, channel, &mut out);
             }
         }
         out.detectors = self.detectors;
@@ -530,12 +587,7 @@ impl ChannelState {
         out
     }
 
-    fn judge_residual<N: Number, const C: usize>(
-        &mut self,
-        config: &Config<N, C>,
-        channel: &Channel,
-        out: &mut ChannelReport,
-    ) {
+    fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut ChannelReport) {
         let residual = channel.baseline.residual(out.x, out.value);
         let z = channel.baseline.standardise(out.x, residual);
         // A unit that makes an index overflow must not poison the detectors.
@@ -546,7 +598,7 @@ impl ChannelState {
         out.z = z;
         out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
         out.alarms = channel.detectors.update(&mut self.detectors, z);
-        out.verdict = self.course.update(&config.decision, z, out.alarms.side(), out.x, out.value);
+        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
     }
 }
 

@@ -25,6 +25,14 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
 
     /// Finite and within [`Number::LIMIT`].
     fn admissible(self) -> bool;
+    /// True only if all three are admissible; may be false for admissible ones close to the limit. The tick path
+    /// asks this first.
+    fn surely_admissible(r: Self, y: Self, u: Self) -> bool;
+    /// Where sums are exact: from the sum of a stretch and the sum of its running sums to the sum weighted with time,
+    /// for a stretch that ends before tick `end`.
+    fn weigh(sum: Self::Sum, running: Self::Sum, end: u32) -> Self::Sum;
+    /// `sum += term`.
+    fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
     /// NaN or infinite; never for counts.
     fn non_finite(self) -> bool;
     /// `self - other`; exact for admissible counts.
@@ -65,6 +73,10 @@ mod sealed {
     impl Sealed for i32 {}
 }
 
+/// A core without floating-point registers: comparisons of bits are cheaper there.
+pub(crate) const SOFT_FLOAT: bool =
+    cfg!(any(all(target_arch = "arm", target_abi = "eabi"), target_arch = "riscv32"));
+
 impl Number for f32 {
     type Sum = f32;
     const NOTHING: f32 = 0.0;
@@ -78,6 +90,24 @@ impl Number for f32 {
     fn admissible(self) -> bool {
         // One comparison refuses NaN, infinities and what would overflow.
         self.abs() <= Self::LIMIT
+    }
+    #[inline(always)]
+    fn surely_admissible(r: f32, y: f32, u: f32) -> bool {
+        if SOFT_FLOAT {
+            // Magnitudes order as their bits do: no float routine is called.
+            let limit = Self::LIMIT.to_bits();
+            r.abs().to_bits() <= limit && y.abs().to_bits() <= limit && u.abs().to_bits() <= limit
+        } else {
+            // One comparison for all three; a NaN in any of them fails it.
+            r.abs() + y.abs() + u.abs() <= Self::LIMIT
+        }
+    }
+    fn weigh(_: f32, weighted: f32, _: u32) -> f32 {
+        weighted
+    }
+    #[inline(always)]
+    fn add_sum(sum: &mut f32, term: f32) {
+        *sum += term;
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -161,6 +191,18 @@ impl Number for i32 {
     fn admissible(self) -> bool {
         // One unsigned comparison; i32::MIN wraps to a large number and is refused as well.
         self.wrapping_add(Self::LIMIT) as u32 <= 2 * Self::LIMIT as u32
+    }
+    #[inline(always)]
+    fn surely_admissible(r: i32, y: i32, u: i32) -> bool {
+        r.admissible() && y.admissible() && u.admissible()
+    }
+    fn weigh(sum: i64, running: i64, end: u32) -> i64 {
+        // Whatever wraps in between, the result is exact: it fits.
+        sum.wrapping_mul(i64::from(end)).wrapping_sub(running)
+    }
+    #[inline(always)]
+    fn add_sum(sum: &mut i64, term: i64) {
+        *sum = sum.wrapping_add(term);
     }
     #[inline]
     fn non_finite(self) -> bool {

@@ -177,8 +177,8 @@ fn what_is_wrong_is_named_with_its_line() {
             "kind = \"activity\"",
             "b.toml:59: channel 2 is activity; three [[channel]]",
         ),
-        ("sigma = 0.3", "sigma = -0.3", "b.toml:32: channel energy_error: baseline is out of range"),
-        ("upper = 4.25", "upper = inf", "b.toml:42: channel energy_error: detectors is out of range"),
+        ("sigma = 0.3", "sigma = -0.3", "b.toml:33: channel energy_error: baseline is out of range"),
+        ("upper = 4.25", "upper = inf", "b.toml:43: channel energy_error: detectors is out of range"),
     ];
     for (from, to, expected) in cases {
         let error = refused(|text| text.replacen(from, to, 1));

@@ -83,3 +83,26 @@ fn what_can_not_be_calibrated_is_one_clear_line() {
     assert_eq!(error, "h.csv: the sample time is 0.002 s; 0.001 s, as in h.csv");
     assert!(calibrate(&[], &options()).is_err());
 }
+
+/// The reference never moves, the loop is kept busy by noise: the activity has nothing to be held against.
+#[test]
+fn a_channel_whose_x_never_varies_is_left_unlearned() {
+    let [_, y, u] = run();
+    let still = [vec![0.0; y.len()], y, u];
+    let calibration = calibrate(&[signals(&still)], &options()).unwrap();
+    assert_eq!(calibration.file.channels.map(|c| c.learned()), [true, true, false]);
+    let said = "activity: the reference never moves inside a window, so there is no line to judge by: left unlearned";
+    assert!(calibration.warnings.iter().any(|w| w == said), "{:?}", calibration.warnings);
+    let only = Options { channels: [false, false, true], ..options() };
+    let error = calibrate(&[signals(&still)], &only).unwrap_err().to_string();
+    assert!(error.starts_with("x does not vary in any channel"), "{error}");
+}
+
+/// One window of 60 with a disturbance in it.
+#[test]
+fn a_window_far_off_the_line_is_named() {
+    let mut run = run();
+    run[2][10_100..10_400].iter_mut().for_each(|u| *u += 3000.0);
+    let warnings = calibrate(&[signals(&run)], &options()).unwrap().warnings;
+    assert!(warnings.iter().any(|w| w.contains("healthy window 21 lies")), "{warnings:?}");
+}

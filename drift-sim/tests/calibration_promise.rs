@@ -1,10 +1,12 @@
-//! Does a calibration keep what it promises? Three simulated loops are calibrated many times over, and the whole monitor (three
-//! channels, Shewhart and CUSUM each) runs over fresh healthy windows that no calibration has seen. The truth is the simulator.
+//! Does a calibration keep what it promises? Simulated loops are calibrated many times over, and the whole monitor (three channels,
+//! Shewhart and CUSUM each) runs over fresh healthy windows that no calibration has seen. The truth is the simulator. Each loop's windows are
+//! simulated once; the calibrations share them, each its own part. The seeds are not those that the margins of `calibrate` were
+//! chosen on. `SPEED` is a fourth loop that nothing was chosen on.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use drift_core::{Channel, ChannelKind, Config, CusumState, Index};
-use drift_sim::baseline_file::{BaselineFile, HostMonitor};
-use drift_sim::calibrate::{Calibration, Effort, Options, Signals, calibrate};
+use drift_sim::baseline_file::{BaselineFile, HostMonitor, Timing};
+use drift_sim::calibrate::{Calibration, Effort, Options, WindowRow, calibrate_windows};
 use drift_sim::control_loop::Loop;
 use drift_sim::reference::Reference;
 use drift_sim::simulate::Simulation;
@@ -98,11 +100,42 @@ const SERVO: Case = Case {
     effort: Effort::Motion,
 };
 
+/// A PI speed loop whose sensor is coarse.
+const SPEED: Case = Case {
+    name: "speed",
+    file: r#"
+        [loop]
+        sample_time_s = 0.002
+        [controller]
+        kind = "pi"
+        kp = 0.8
+        ki = 3.0
+        [plant]
+        kind = "servo"
+        output = "speed"
+        inertia = 0.2
+        viscous = 0.5
+        actuator_gain = 1.0
+        [sensor]
+        noise = 0.02
+        [[physics]]
+        kind = "quantization"
+        step = 0.05
+    "#,
+    mean: 10.0,
+    sd: 2.0,
+    hold_ticks: 150,
+    window_ticks: 1500,
+    effort: Effort::Holding,
+};
+
+/// (x, value) of each channel.
+type Window = [(f32, f32); 3];
+
 struct Run {
     r: Vec<f64>,
     y: Vec<f64>,
     u: Vec<f64>,
-    sample_time_s: f64,
 }
 
 impl Case {
@@ -111,14 +144,11 @@ impl Case {
         let model = Loop::parse(self.file, "case.toml").unwrap();
         let mut simulation = Simulation::new(&model, seed).unwrap();
         let mut reference = Reference::random(self.mean, self.sd, self.hold_ticks, seed);
-        let settle = 2 * self.window_ticks;
+        // Between two steps of r: the activity knows nothing of a step that came with a recording's first sample.
+        let settle = 5 * self.window_ticks + self.hold_ticks as usize / 2;
         let ticks = windows * self.window_ticks;
-        let mut run = Run {
-            r: Vec::with_capacity(ticks),
-            y: Vec::with_capacity(ticks),
-            u: Vec::with_capacity(ticks),
-            sample_time_s: model.sample_time_s,
-        };
+        let mut run =
+            Run { r: Vec::with_capacity(ticks), y: Vec::with_capacity(ticks), u: Vec::with_capacity(ticks) };
         for tick in 0..settle + ticks {
             let r = reference.next().unwrap();
             let step = simulation.step(r, &[]);
@@ -131,38 +161,43 @@ impl Case {
         run
     }
 
-    fn calibrate(&self, windows: usize, decisions: f64, seed: u64) -> Calibration {
-        let run = self.run(windows, seed);
-        let window_s = self.window_ticks as f64 * run.sample_time_s;
-        let options = Options {
-            window_s: Some(window_s),
-            false_alarm_every_h: decisions * window_s / 3600.0,
-            effort: self.effort,
-            simulated_decisions: 400_000,
-            ..Options::default()
-        };
-        let signals = Signals {
-            name: self.name,
-            sample_time_s: run.sample_time_s,
-            r: &run.r,
-            y: &run.y,
-            u: &run.u,
-            state: None,
-        };
-        calibrate(&[signals], &options).unwrap()
+    fn timing(&self) -> Timing {
+        let sample_time_s = Loop::parse(self.file, "case.toml").unwrap().sample_time_s as f32;
+        let block_ticks = (self.window_ticks / 15) as u32;
+        Timing { sample_time_s, block_ticks, window_blocks: 15, hop_blocks: 15 }
     }
 
-    /// Coordinates of fresh healthy windows, in stretches.
-    fn pool(&self, stretches: u64, windows: usize) -> Vec<Vec<[(f32, f32); 3]>> {
+    /// On windows of one stretch.
+    fn calibrate(&self, windows: &[Window], decisions: f64) -> Calibration {
+        let row = |(hop, window): (usize, &Window)| WindowRow {
+            recording: 0,
+            hop: hop as u32,
+            end_s: 0.0,
+            x: window.map(|(x, _)| x),
+            value: window.map(|(_, value)| value),
+        };
+        let timing = self.timing();
+        let options = Options {
+            false_alarm_every_h: decisions * timing.hop_s() / 3600.0,
+            effort: self.effort,
+            simulated_decisions: 150_000,
+            ..Options::default()
+        };
+        calibrate_windows(windows.iter().enumerate().map(row).collect(), timing, &options).unwrap()
+    }
+
+    /// Healthy windows, in stretches.
+    fn pool(&self, stretches: u64, windows: usize, first_seed: u64) -> Vec<Vec<Window>> {
         let effort = match self.effort {
             Effort::Holding => ChannelKind::Effort,
             Effort::Motion => ChannelKind::MotionEffort,
         };
         let kinds = [ChannelKind::EnergyError(Index::Iae), effort, ChannelKind::Activity];
         let stretch = |seed: u64| {
-            let run = self.run(windows, 1_000_000 + seed);
-            let block = (self.window_ticks / 15) as u32;
-            let config = Config::new(run.sample_time_s as f32, block, 15, kinds.map(Channel::unlearned));
+            let run = self.run(windows, first_seed + seed);
+            let timing = self.timing();
+            let config =
+                Config::new(timing.sample_time_s, timing.block_ticks, 15, kinds.map(Channel::unlearned));
             let mut monitor = HostMonitor::new(&config).unwrap();
             let samples = run.r.iter().zip(&run.y).zip(&run.u);
             let reports = samples.filter_map(|((&r, &y), &u)| monitor.tick(r as f32, y as f32, u as f32));
@@ -173,7 +208,7 @@ impl Case {
 }
 
 /// Mean decisions to the first alarm of anything; everything starts anew after it.
-fn realised(pool: &[Vec<[(f32, f32); 3]>], file: &BaselineFile) -> (f64, usize) {
+fn realised(pool: &[Vec<Window>], file: &BaselineFile) -> (f64, usize) {
     let channels = file.channels.map(|c| c.channel);
     let mut alarms = 0;
     for stretch in pool {
@@ -203,20 +238,25 @@ struct Outcome {
     delay: [f64; 2],
 }
 
-fn measure(case: &Case, pool: &[Vec<[(f32, f32); 3]>], n: f64, large: u64, small: u64) -> Outcome {
-    let run = |windows: usize, count: u64, first: u64| -> Vec<(f64, usize, f64)> {
-        let one = |seed: u64| {
-            let calibration = case.calibrate(windows, n, first + seed);
-            let (arl, alarms) = realised(pool, &calibration.file);
-            (arl / n, alarms, calibration.cost.delay / calibration.cost.delay_exact)
+/// Run length over N, run lengths, delay with caution over delay without.
+type Measured = (f64, usize, f64);
+
+/// N that is asked for, decisions.
+const N: f64 = 500.0;
+
+fn measure(case: &Case) -> Outcome {
+    let fresh = case.pool(20, 4000, 7_000_000);
+    let known = case.pool(20, 2000, 8_000_000);
+    let run = |windows: usize, each: usize| -> Vec<Measured> {
+        let parts: Vec<&[Window]> = known.iter().flat_map(|s| s.chunks_exact(windows).take(each)).collect();
+        let one = |part: &&[Window]| {
+            let calibration = case.calibrate(part, N);
+            let (arl, alarms) = realised(&fresh, &calibration.file);
+            (arl / N, alarms, calibration.cost.delay / calibration.cost.delay_exact)
         };
-        (0..count).into_par_iter().map(one).collect()
+        parts.par_iter().map(one).collect()
     };
-    let mean = |of: &[(f64, usize, f64)], f: fn(&(f64, usize, f64)) -> f64| {
-        of.iter().map(f).sum::<f64>() / of.len() as f64
-    };
-    let many = run(2000, large, 1);
-    let few = run(200, small, 1000);
+    let (many, few) = (run(2000, 1), run(200, 6));
     let kept = few.iter().filter(|(ratio, ..)| *ratio >= 1.0).count() as f64 / few.len() as f64;
     let outcome = Outcome {
         mean_ratio: mean(&many, |o| o.0),
@@ -224,31 +264,42 @@ fn measure(case: &Case, pool: &[Vec<[(f32, f32); 3]>], n: f64, large: u64, small
         kept,
         delay: [mean(&many, |o| o.2), mean(&few, |o| o.2)],
     };
+    let variance = mean(&many, |o| o.0 * o.0) - outcome.mean_ratio * outcome.mean_ratio;
+    let mut ratios: Vec<f64> = few.iter().map(|o| o.0).collect();
+    ratios.sort_by(f64::total_cmp);
     println!(
-        "{:6} N = {n:5}: realised/N {:.2} from 2000 windows ({} run lengths; {:.2} to {:.2}); {:.0} % of {} calibrations \
-         from 200 windows keep N (mean {:.2}); delay x {:.3} and x {:.3}",
+        "{:6} realised/N {:.2} +- {:.2} ({:.2} to {:.2}) from {} x 2000 windows, {} run lengths, delay x {:.3}; {:.1} +- {:.1} % of {} \
+         calibrations from 200 windows keep N (median {:.2}, 10 % below {:.2}), delay x {:.3}",
         case.name,
         outcome.mean_ratio,
-        outcome.run_lengths,
+        (variance / many.len() as f64).sqrt(),
         many.iter().map(|o| o.0).fold(f64::MAX, f64::min),
         many.iter().map(|o| o.0).fold(0.0, f64::max),
-        100.0 * kept,
-        few.len(),
-        mean(&few, |o| o.0),
+        many.len(),
+        outcome.run_lengths,
         outcome.delay[0],
+        100.0 * kept,
+        100.0 * (kept * (1.0 - kept) / few.len() as f64).sqrt(),
+        few.len(),
+        ratios[ratios.len() / 2],
+        ratios[ratios.len() / 10],
         outcome.delay[1],
     );
     outcome
 }
 
-/// Where the window spans the loop's memory: mean run length 0.8 N to 1.5 N after 2000 windows, and nine of ten calibrations from 200
-/// windows should keep N. That falls short: of 100, the flow loop keeps 96 and the servo 83. The bound here guards against worse.
-fn keeps_its_promise(case: &Case) {
-    let outcome = measure(case, &case.pool(20, 4000), 500.0, 20, 100);
-    assert!(outcome.run_lengths >= 1500, "{}", outcome.run_lengths);
+fn mean(of: &[Measured], f: fn(&Measured) -> f64) -> f64 {
+    of.iter().map(f).sum::<f64>() / of.len() as f64
+}
+
+/// Mean run length 0.8 N to 1.5 N after 2000 windows, and nine of ten calibrations from 200 windows keep N.
+fn keeps_its_promise(case: &Case) -> Outcome {
+    let outcome = measure(case);
+    assert!(outcome.run_lengths >= 2000, "{}", outcome.run_lengths);
     assert!((0.8..1.5).contains(&outcome.mean_ratio), "{}", outcome.mean_ratio);
-    assert!(outcome.kept >= 0.75, "{}", outcome.kept);
+    assert!(outcome.kept >= 0.9, "{}", outcome.kept);
     assert!(outcome.delay[0] < 1.15 && outcome.delay[0] < outcome.delay[1], "{:?}", outcome.delay);
+    outcome
 }
 
 #[test]
@@ -263,15 +314,19 @@ fn a_servo_keeps_its_promise() {
     keeps_its_promise(&SERVO);
 }
 
-/// The paper's plant swings with a period of 3.1 s and forgets in 5 s, so its 3 s windows are not independent: 200 of them are
-/// worth 60, and the activity's residual is skewed by 1.5 to 2. After 2000 windows the promise is kept, carefully; after
-/// 200 it is kept by half of the calibrations only, and the calibration warns of it.
 #[test]
 #[ignore = "slow: simulates a hundred thousand windows"]
-fn the_papers_loop_needs_more_than_200_windows() {
-    let outcome = measure(&PAPER, &PAPER.pool(20, 2000), 500.0, 6, 20);
-    assert!((0.8..8.0).contains(&outcome.mean_ratio), "{}", outcome.mean_ratio);
-    assert!(outcome.kept >= 0.3, "{}", outcome.kept);
-    let warnings = PAPER.calibrate(200, 500.0, 3).warnings;
+fn a_speed_loop_that_nothing_was_chosen_on_keeps_its_promise() {
+    keeps_its_promise(&SPEED);
+}
+
+/// The paper's plant swings with a period of 3.1 s and forgets in 5 s, so its 3 s windows are not independent: 200 of them are
+/// worth 70, and the activity's residual is skewed by 1.6. The calibration warns of it, and the caution costs more.
+#[test]
+#[ignore = "slow: simulates a hundred thousand windows"]
+fn the_papers_loop_keeps_its_promise() {
+    keeps_its_promise(&PAPER);
+    let windows = PAPER.pool(1, 200, 9_000_000);
+    let warnings = PAPER.calibrate(&windows[0], N).warnings;
     assert!(warnings.iter().any(|w| w.contains("independent windows only")), "{warnings:?}");
 }

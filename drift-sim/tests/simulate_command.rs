@@ -75,7 +75,7 @@ fn faults_are_one_line_and_leave_no_file() {
             "the loop diverges: not finite at t = ",
         ),
         (paper.replace("kind = \"pi\"\nkp = 300.0\nki = 100.0", "kind = \"recorded\""), &[], "has no law"),
-        (paper.clone(), &["--reference", recording], "rec.csv:3: y is 'x'"),
+        (paper.clone(), &["--reference", recording], "rec.csv:3: 'x' in column 'y' is not a number"),
         (paper.clone(), &["--reference", recording, "--columns", "y=PV"], "no column 'PV'"),
     ];
     for (toml, more, message) in cases {

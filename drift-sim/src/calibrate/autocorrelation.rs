@@ -29,6 +29,16 @@ pub fn integrated_time(autocovariances: &[f64]) -> f64 {
     sum.max(0.0)
 }
 
+/// Independent values that they are worth for their variance: `n/(1 + 2 (rho_1^2 + rho_2^2 + ...))`, each square less what mere
+/// chance makes of it, 1/n.
+pub fn size_for_variance(n: usize, autocovariances: &[f64]) -> f64 {
+    let Some((&variance, lagged)) = autocovariances.split_first().filter(|(v, _)| **v > 0.0) else {
+        return n as f64;
+    };
+    let excess = |c: &f64| (c / variance) * (c / variance) - 1.0 / n as f64;
+    n as f64 / (1.0 + 2.0 * lagged.iter().map(excess).sum::<f64>().max(0.0))
+}
+
 /// Independent values that `n` are worth for their mean; never more than `n`.
 pub fn effective_size(n: usize, integrated_time: f64) -> f64 {
     n as f64 / integrated_time.max(1.0)
@@ -69,29 +79,26 @@ pub struct Autoregression {
 }
 
 impl Autoregression {
-    /// Of the given order, by Yule and Walker's equations (Levinson's recursion).
-    pub fn of_order(autocovariances: &[f64], order: usize) -> Self {
-        Self::levinson(autocovariances.get(..=order).unwrap_or(autocovariances)).pop().unwrap_or(Self::NONE)
+    /// From `windows` values, by Yule and Walker's equations (Levinson's recursion), of the order that the autocovariances reach to. Each
+    /// partial correlation is shrunk by its own standard error (`1 - 1/(n r^2)`, or to 0): independent values then have almost no
+    /// memory, and a long one that few values only seem to have moves no threshold.
+    pub fn shrunk(autocovariances: &[f64], windows: usize) -> Self {
+        let shrink = |r: f64| r * (1.0 - 1.0 / (windows as f64 * r * r)).max(0.0);
+        let mut model = Self::NONE;
+        partial_correlations(autocovariances)
+            .into_iter()
+            .for_each(|r| model.extend(if r == 0.0 { 0.0 } else { shrink(r) }));
+        model
     }
 
     const NONE: Self = Self { phi: Vec::new(), noise: 1.0 };
 
-    /// Orders 0, 1, 2 ...
-    fn levinson(autocovariances: &[f64]) -> Vec<Self> {
-        let mut orders = vec![Self::NONE];
-        let Some(&variance) = autocovariances.first().filter(|v| **v > 0.0) else { return orders };
-        let rho: Vec<f64> = autocovariances.iter().map(|c| c / variance).collect();
-        let (mut phi, mut noise): (Vec<f64>, f64) = (Vec::new(), 1.0);
-        for order in 1..rho.len() {
-            let explained: f64 = phi.iter().zip(rho[1..order].iter().rev()).map(|(p, r)| p * r).sum();
-            let reflection = ((rho[order] - explained) / noise).clamp(-0.999, 0.999);
-            let mirrored: Vec<f64> = phi.iter().rev().copied().collect();
-            phi.iter_mut().zip(&mirrored).for_each(|(p, m)| *p -= reflection * m);
-            phi.push(reflection);
-            noise *= 1.0 - reflection * reflection;
-            orders.push(Self { phi: phi.clone(), noise });
-        }
-        orders
+    /// One order more, by its last (partial) correlation.
+    fn extend(&mut self, partial: f64) {
+        let mirrored: Vec<f64> = self.phi.iter().rev().copied().collect();
+        self.phi.iter_mut().zip(&mirrored).for_each(|(p, m)| *p -= partial * m);
+        self.phi.push(partial);
+        self.noise *= 1.0 - partial * partial;
     }
 
     /// Its autocorrelations at lags 0..=`most`.
@@ -107,6 +114,22 @@ impl Autoregression {
         let variance = products.first().copied().unwrap_or(1.0);
         products.iter().map(|c| c / variance).collect()
     }
+}
+
+/// Of lags 1, 2, ...
+fn partial_correlations(autocovariances: &[f64]) -> Vec<f64> {
+    let Some((&variance, lagged)) = autocovariances.split_first().filter(|(v, _)| **v > 0.0) else {
+        return Vec::new();
+    };
+    let rho: Vec<f64> = lagged.iter().map(|c| c / variance).collect();
+    let mut model = Autoregression::NONE;
+    let mut next = |order: usize| {
+        let explained: f64 = model.phi.iter().zip(rho[..order].iter().rev()).map(|(p, r)| p * r).sum();
+        let partial = ((rho[order] - explained) / model.noise).clamp(-0.999, 0.999);
+        model.extend(partial);
+        partial
+    };
+    (0..rho.len()).map(&mut next).collect()
 }
 
 #[cfg(test)]
@@ -147,7 +170,7 @@ mod tests {
     #[test]
     fn an_autoregression_is_found_again() {
         let series = autoregressive(0.6, 20_000, 7);
-        let model = Autoregression::of_order(&autocovariances(&[&series], 4), 4);
+        let model = Autoregression::shrunk(&autocovariances(&[&series], 4), series.len());
         let first = model.phi[0];
         assert!((first - 0.6).abs() < 0.03, "{model:?}");
         assert!((model.noise - 0.64).abs() < 0.02, "{model:?}");

@@ -41,9 +41,14 @@ pub(super) struct Process {
 pub(super) type Series = Vec<Vec<f64>>;
 
 impl Process {
-    /// Fits standardised residuals (`columns[channel][window]`); `stretches` are the runs of windows without a gap. The
-    /// memory's order is given, not selected: simulated calibrations then err as the real one does.
-    pub(super) fn fit(columns: &[Vec<f64>], stretches: &[std::ops::Range<usize>], order: usize) -> Self {
+    /// Fits standardised residuals (`columns[channel][window]`); `stretches` are the runs of windows without a gap, `order` is the
+    /// longest memory, `worth` how many independent windows they are.
+    pub(super) fn fit(
+        columns: &[Vec<f64>],
+        stretches: &[std::ops::Range<usize>],
+        order: usize,
+        worth: f64,
+    ) -> Self {
         let n = columns.first().map_or(0, Vec::len);
         let expected = scores(n);
         let normal: Vec<Vec<f64>> = columns.iter().map(|z| to_scores(z, &expected)).collect();
@@ -53,8 +58,8 @@ impl Process {
             .map(|(z, g)| {
                 let mut sorted = z.clone();
                 sorted.sort_by(f64::total_cmp);
-                let memory = Autoregression::of_order(&autocovariances(&pieces(g, stretches), order), order);
-                ChannelProcess::new(Marginal::fit(&sorted, &expected), memory)
+                let memory = Autoregression::shrunk(&autocovariances(&pieces(g, stretches), order), n);
+                ChannelProcess::new(Marginal::fit(&sorted, &expected, worth), memory)
             })
             .collect();
         let noises: Vec<Vec<f64>> = channels.iter().zip(&normal).map(|(c, g)| noise(&c.memory, g)).collect();
@@ -95,18 +100,6 @@ impl Process {
     pub(super) fn simulate_many(&self, count: usize, each: usize, seed: u64) -> Vec<Series> {
         (0..count as u64).into_par_iter().map(|stream| self.simulate(each, seed, stream)).collect()
     }
-}
-
-/// The same channel from a shorter, simulated calibration: the marginal and memory it would have found.
-pub(super) fn refit(z: &[f64], expected: &[f64], order: usize) -> ChannelProcess {
-    let mut sorted = z.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let memory = if order == 0 {
-        Autoregression { phi: Vec::new(), noise: 1.0 }
-    } else {
-        Autoregression::of_order(&autocovariances(&[&to_scores(z, expected)], order), order)
-    };
-    ChannelProcess::new(Marginal::fit(&sorted, expected), memory)
 }
 
 /// Replaces values by the normal scores of their ranks, in place of time.
@@ -152,7 +145,7 @@ mod tests {
         ]);
         truth.mixing = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.6, 0.8]);
         let series = truth.simulate(20_000, 1, 0);
-        let found = Process::fit(&series, std::slice::from_ref(&(0..20_000)), 8);
+        let found = Process::fit(&series, std::slice::from_ref(&(0..20_000)), 8, 20_000.0);
         assert!((found.mixing[(1, 0)] - 0.6).abs() < 0.03, "{}", found.mixing);
         for (found, truth) in found.channels.iter().zip(&truth.channels) {
             assert!((found.memory.phi[0] - 0.4).abs() < 0.04, "{:?}", found.memory);

@@ -10,6 +10,7 @@
 use drift_core::{Cusum, CusumState, Detectors, Shewhart, Sprt, SprtState};
 use rayon::prelude::*;
 
+use super::caution::Margin;
 use super::marginal;
 use super::process::{Process, Series};
 
@@ -73,56 +74,85 @@ pub(super) struct Simulated<'p> {
     choice: DetectorChoice,
     k: f64,
     series: Vec<Series>,
+    exact: Watched,
+    cautious: Watched,
+}
+
+/// What the detectors' statistics did where the baseline is this wrong.
+#[derive(Debug)]
+struct Watched {
+    margins: Vec<Margin>,
     cusum: Vec<Excursions>,
     sprt: Vec<Excursions>,
 }
 
+/// Maxima of a statistic between its restarts.
+type Maxima = fn(f64, Margin, &[f64]) -> Vec<f32>;
+
 impl<'p> Simulated<'p> {
-    pub(super) fn new(process: &'p Process, choice: DetectorChoice, k: f64, decisions: usize) -> Self {
+    /// `margins`: how wrong each channel's baseline may be.
+    pub(super) fn new(
+        process: &'p Process,
+        choice: DetectorChoice,
+        k: f64,
+        decisions: usize,
+        margins: &[Margin],
+    ) -> Self {
         let stretches = 64;
         let each = decisions.div_ceil(stretches);
         let series = process.simulate_many(stretches, each, SEED);
         let total = stretches * each;
-        let gather = |of: &(dyn Fn(&[f64]) -> Vec<f32> + Sync)| -> Vec<Excursions> {
-            (0..process.channels.len())
-                .map(|c| {
-                    let maxima: Vec<Vec<f32>> = series.par_iter().map(|s| of(&s[c])).collect();
-                    Excursions::new(maxima.concat(), total)
-                })
-                .collect()
+        let gather = |of: &(dyn Fn(&[f64]) -> Vec<f32> + Sync), c: usize| -> Excursions {
+            let maxima: Vec<Vec<f32>> = series.par_iter().map(|s| of(&s[c])).collect();
+            Excursions::new(maxima.concat(), total)
         };
-        let cusum = if choice.cusum { gather(&|z| cusum_maxima(k, z)) } else { Vec::new() };
-        let sprt = if choice.sprt { gather(&|z| sprt_maxima(k, z)) } else { Vec::new() };
-        Self { process, choice, k, series, cusum, sprt }
+        let of_all = |maxima: Maxima, margins: &[Margin]| -> Vec<Excursions> {
+            margins.iter().enumerate().map(|(c, m)| gather(&|z| maxima(k, *m, z), c)).collect()
+        };
+        let watched_with = |margins: &[Margin]| Watched {
+            margins: margins.to_vec(),
+            cusum: if choice.cusum { of_all(cusum_maxima, margins) } else { Vec::new() },
+            sprt: if choice.sprt { of_all(sprt_maxima, margins) } else { Vec::new() },
+        };
+        let exact = watched_with(&vec![Margin::NONE; process.channels.len()]);
+        let cautious = watched_with(margins);
+        Self { process, choice, k, series, exact, cautious }
     }
 
-    /// Detectors of every channel with this mean run length (decisions) between false alarms of all together.
+    /// Detectors of every channel with this mean run length (decisions) between false alarms of all together, margins included.
     pub(super) fn detectors(&self, arl: f64) -> Vec<Detectors> {
-        self.with_share(self.coinciding(arl.min(JOINT)) / arl)
+        self.with_share(self.coinciding(arl.min(JOINT)) / arl, &self.cautious)
+    }
+
+    /// The same without margins, as if the baseline were known exactly.
+    pub(super) fn exact(&self, arl: f64) -> Vec<Detectors> {
+        self.with_share(self.coinciding(arl.min(JOINT)) / arl, &self.exact)
     }
 
     /// By how much the shares may add up to more than the whole.
     fn coinciding(&self, arl: f64) -> f64 {
         let mut scale = 1.0;
         for _ in 0..5 {
-            scale *= self.run_length(&self.with_share(scale / arl)) / arl;
+            scale *= self.run_length(&self.with_share(scale / arl, &self.exact)) / arl;
         }
         scale
     }
 
     /// All detectors with an equal share of this total alarm rate.
-    fn with_share(&self, total: f64) -> Vec<Detectors> {
-        let watched = self.process.channels.len() * self.choice.count();
-        let rate = total / watched.max(1) as f64;
+    fn with_share(&self, total: f64, watched: &Watched) -> Vec<Detectors> {
+        let count = self.process.channels.len() * self.choice.count();
+        let rate = total / count.max(1) as f64;
         let limit = marginal::exceeded_with(0.5 * rate.min(0.5));
         let of = |c: usize| Detectors {
             shewhart: self.choice.shewhart.then(|| {
-                let law = &self.process.channels[c].marginal;
+                let (law, margin) = (&self.process.channels[c].marginal, watched.margins[c]);
                 // A limit lies on its own side, however skewed the law.
-                Shewhart { lower: law.at(-limit).min(-1e-3) as f32, upper: law.at(limit).max(1e-3) as f32 }
+                let lower = margin.apart(law.at(-limit), -limit).min(-1e-3);
+                let upper = margin.apart(law.at(limit), limit).max(1e-3);
+                Shewhart { lower: lower as f32, upper: upper as f32 }
             }),
-            cusum: self.cusum.get(c).map(|e| Cusum::new(self.k as f32, e.threshold(rate) as f32)),
-            sprt: self.sprt.get(c).map(|e| sprt(self.k, e.threshold(rate) as f32)),
+            cusum: watched.cusum.get(c).map(|e| Cusum::new(self.k as f32, e.threshold(rate) as f32)),
+            sprt: watched.sprt.get(c).map(|e| sprt(self.k, e.threshold(rate) as f32)),
         };
         (0..self.process.channels.len()).map(of).collect()
     }
@@ -161,10 +191,10 @@ fn count_alarms(series: &Series, detectors: &[Detectors]) -> usize {
     alarms
 }
 
-/// Both sides' maxima between visits to zero.
-fn cusum_maxima(k: f64, z: &[f64]) -> Vec<f32> {
+/// Both sides' maxima between visits to zero; each side sees the residuals wrong by the margin in its own direction.
+fn cusum_maxima(k: f64, margin: Margin, z: &[f64]) -> Vec<f32> {
     let chart = Cusum::new(k as f32, f32::MAX);
-    let mut state = CusumState::ZERO;
+    let (mut up, mut down) = (CusumState::ZERO, CusumState::ZERO);
     let (mut high, mut low, mut maxima) = (0.0f32, 0.0f32, Vec::new());
     let mut visit = |now: f32, most: &mut f32| {
         if now > 0.0 {
@@ -175,17 +205,18 @@ fn cusum_maxima(k: f64, z: &[f64]) -> Vec<f32> {
         }
     };
     for &z in z {
-        chart.update(&mut state, z as f32);
-        visit(state.high, &mut high);
-        visit(state.low, &mut low);
+        chart.update(&mut up, (z * margin.sigma + margin.mean) as f32);
+        chart.update(&mut down, (z * margin.sigma - margin.mean) as f32);
+        visit(up.high, &mut high);
+        visit(down.low, &mut low);
     }
     maxima
 }
 
-/// Both sides' maxima between restarts at the lower boundary.
-fn sprt_maxima(k: f64, z: &[f64]) -> Vec<f32> {
+/// Both sides' maxima between restarts at the lower boundary, the same way.
+fn sprt_maxima(k: f64, margin: Margin, z: &[f64]) -> Vec<f32> {
     let test = sprt(k, f32::MAX);
-    let mut state = SprtState::ZERO;
+    let (mut up, mut down) = (SprtState::ZERO, SprtState::ZERO);
     let (mut high, mut low, mut maxima) = (0.0f32, 0.0f32, Vec::new());
     let mut visit = |now: f32, most: &mut f32| {
         *most = most.max(now);
@@ -195,9 +226,10 @@ fn sprt_maxima(k: f64, z: &[f64]) -> Vec<f32> {
         }
     };
     for &z in z {
-        test.update(&mut state, z as f32);
-        visit(state.high, &mut high);
-        visit(state.low, &mut low);
+        test.update(&mut up, (z * margin.sigma + margin.mean) as f32);
+        test.update(&mut down, (z * margin.sigma - margin.mean) as f32);
+        visit(up.high, &mut high);
+        visit(down.low, &mut low);
     }
     maxima
 }
@@ -218,13 +250,14 @@ mod tests {
         normal(Autoregression { phi: Vec::new(), noise: 1.0 })
     }
 
+    const EXACT: [Margin; 1] = [Margin::NONE];
     const CUSUM: DetectorChoice = DetectorChoice { shewhart: false, cusum: true, sprt: false };
 
     /// Independent normal residuals and an exactly known baseline: the integral equation's threshold.
     #[test]
     fn thresholds_of_normal_residuals_are_the_exact_ones() {
         let process = independent();
-        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000);
+        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000, &EXACT);
         for arl in [200.0, 500.0, 1000.0, 10_000.0, 100_000.0] {
             let h = f64::from(simulated.detectors(arl)[0].cusum.unwrap().h);
             let realised = design::Cusum::new(0.5, h, 0.0).unwrap().arl(0.0);
@@ -237,7 +270,8 @@ mod tests {
     fn shewhart_alone_is_the_normal_quantile() {
         let process = independent();
         let choice = DetectorChoice { shewhart: true, cusum: false, sprt: false };
-        let limits = Simulated::new(&process, choice, 0.5, 1_000_000).detectors(370.4)[0].shewhart.unwrap();
+        let limits =
+            Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(370.4)[0].shewhart.unwrap();
         assert!((f64::from(limits.upper) - 3.0).abs() < 0.02 && (limits.upper + limits.lower).abs() < 1e-5);
     }
 
@@ -246,7 +280,8 @@ mod tests {
     fn sprt_alone() {
         let process = independent();
         let choice = DetectorChoice { shewhart: false, cusum: false, sprt: true };
-        let found = Simulated::new(&process, choice, 0.5, 1_000_000).detectors(500.0)[0].sprt.unwrap();
+        let found =
+            Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(500.0)[0].sprt.unwrap();
         let alternative = design::Alternative::new(1.0, 1.0).unwrap();
         let exact = design::Sprt::new(alternative, SPRT_LOWER, f64::from(found.upper)).unwrap();
         let realised = exact.two_sided_arl(0.0, 1.0);
@@ -259,7 +294,7 @@ mod tests {
         let one = independent().channels.remove(0);
         let process = Process::independent(vec![one.clone(), one]);
         let choice = DetectorChoice { shewhart: true, cusum: true, sprt: false };
-        let simulated = Simulated::new(&process, choice, 0.5, 1_000_000);
+        let simulated = Simulated::new(&process, choice, 0.5, 1_000_000, &[Margin::NONE; 2]);
         let detectors = simulated.detectors(500.0);
         assert!((simulated.run_length(&detectors) / 500.0 - 1.0).abs() < 0.02);
         let cusum = detectors[1].cusum.unwrap();
@@ -271,7 +306,7 @@ mod tests {
     #[test]
     fn autocorrelation_raises_the_threshold() {
         let process = normal(Autoregression { phi: vec![0.3], noise: 0.91 });
-        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000);
+        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000, &EXACT);
         let detectors = simulated.detectors(500.0);
         assert!(detectors[0].cusum.unwrap().h > 7.5);
         assert!((simulated.run_length(&detectors) / 500.0 - 1.0).abs() < 0.03);

@@ -35,33 +35,36 @@ pub(super) struct Windows {
 /// `file`: its timing, samples and channels' kinds; nothing of it is learnt yet.
 pub(super) fn collect(recordings: &[Signals<'_>], file: &BaselineFile) -> Result<Windows> {
     let config = file.config()?;
-    let mut windows = Windows::default();
+    let (mut rows, mut invalid) = (Vec::new(), 0);
     for (recording, signals) in recordings.iter().enumerate() {
         let mut monitor = HostMonitor::new(&config).map_err(|e| Error::new(e.to_string()))?;
-        let mut start = windows.rows.len();
         for (tick, input) in signals.inputs().enumerate() {
             let Some(report) = monitor.tick_input(input) else { continue };
             let x = report.channels.each_ref().map(|c| c.x);
             let value = report.channels.each_ref().map(|c| c.value);
             if report.status == WindowStatus::Valid && x.iter().chain(&value).all(|v| v.is_finite()) {
                 let end_s = (tick + 1) as f64 * signals.sample_time_s;
-                windows.rows.push(WindowRow { recording, hop: report.hop, end_s, x, value });
+                rows.push(WindowRow { recording, hop: report.hop, end_s, x, value });
             } else {
-                windows.invalid += 1;
-                windows.close(&mut start);
+                invalid += 1;
             }
         }
-        windows.close(&mut start);
     }
-    Ok(windows)
+    Ok(Windows { invalid, ..Windows::of(rows) })
 }
 
 impl Windows {
-    fn close(&mut self, start: &mut usize) {
-        if self.rows.len() > *start {
-            self.stretches.push(*start..self.rows.len());
-        }
-        *start = self.rows.len();
+    pub(super) fn of(rows: Vec<WindowRow>) -> Self {
+        let follows =
+            |a: &WindowRow, b: &WindowRow| a.recording == b.recording && a.hop.checked_add(1) == Some(b.hop);
+        let mut start = 0;
+        let stretch = |run: &[WindowRow]| {
+            let range = start..start + run.len();
+            start = range.end;
+            range
+        };
+        let stretches = rows.chunk_by(follows).map(stretch).collect();
+        Self { rows, stretches, invalid: 0 }
     }
 }
 

@@ -4,7 +4,7 @@
 //! * [`Runner`]: time and the monitor's inputs; [`watch`] feeds it a whole [`crate::recording::RecordingStream`].
 //! * [`Events`]: decisions merged to disturbances and drifts, channels that are away together in one.
 //! * [`Summary`]: what a person wants to know; [`screen`] is that in words.
-//! * [`json_lines`]: the schema `drift.monitor/1`.
+//! * [`write_hop`], [`write_summary`]: the schema `drift.monitor/1`.
 //! * [`Chart`]: r, y, u and each channel's residual, thinned while it is read.
 
 mod chart;

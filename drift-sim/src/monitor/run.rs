@@ -47,8 +47,10 @@ impl<'c> Runner<'c> {
             HostMonitor::new(config).map_err(|e| Error::new(format!("the baseline can't be used: {e}")))?;
         let expected = f64::from(config.sample_time_s);
         if (sample_time_s - expected).abs() > SAMPLE_TIME_TOLERANCE * expected {
-            let what =
-                format!("sampled every {sample_time_s} s, but the baseline was learnt at {expected} s");
+            let what = format!(
+                "sampled every {sample_time_s} s, but the baseline was learnt at {} s",
+                config.sample_time_s
+            );
             return Err(Error::new(what).allowed("a recording at that sample time, or --resample"));
         }
         let seconds = |ticks: u32| f64::from(ticks) * sample_time_s;

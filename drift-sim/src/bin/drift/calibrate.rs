@@ -32,7 +32,8 @@ pub struct Arguments {
     /// Wanted mean time between false alarms of all channels and detectors together
     #[arg(long, value_name = "HOURS", default_value_t = 24.0, allow_negative_numbers = true)]
     false_alarm_every: f64,
-    /// Share of all calibrations like this one that keep it
+    /// Share of calibrations that are aimed to keep it; 0.9 from 200 windows was measured to be 0.93 or more on four simulated loops (one
+    /// false alarm in 500 decisions), at a delay 1.3 to 2.2 times the ideal one; 1.02 to 1.05 times from 2000 windows
     #[arg(long, value_name = "C", default_value_t = 0.9)]
     confidence: f64,
     /// What is judged

@@ -1,6 +1,6 @@
 //! `drift simulate`: runs a loop and writes `t, r, y, u` (and the loop's measured inputs).
 
-use std::io::{IsTerminal, Read};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,10 +8,13 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::controller::Controller;
 use drift_sim::output::write_with;
+use drift_sim::recording::{ReadOptions, Recording};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Simulation, Start, diverged};
 use drift_sim::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::recording_arguments::RecordingArguments;
 
 /// Runs a loop; the reference comes from a recording, or is made: random levels as in the paper, or one level.
 #[derive(Args)]
@@ -26,9 +29,8 @@ pub struct Arguments {
     /// controller takes its u too.
     #[arg(long, value_name = "REC.csv", conflicts_with_all = ["reference_mean", "reference_sd", "reference_hold"])]
     reference: Option<PathBuf>,
-    /// Other names of the recording's columns, such as r=SP,y=PV,u=OP.
-    #[arg(long, value_name = "NAME=COLUMN,...", requires = "reference", value_delimiter = ',')]
-    columns: Vec<String>,
+    #[command(flatten)]
+    reading: RecordingArguments,
     /// Length of the run in seconds; by default 10000 samples, or the whole recording.
     #[arg(long, value_name = "S", value_parser = positive)]
     duration: Option<f64>,
@@ -61,6 +63,9 @@ fn not_negative(text: &str) -> std::result::Result<f64, String> {
 /// Samples of a run whose length nobody states.
 const DEFAULT_SAMPLES: usize = 10_000;
 
+/// Sample times that differ by more than this fraction are different ones.
+const SAMPLE_TIME_TOLERANCE: f64 = 0.01;
+
 /// More would be a mistake in the duration: years of a fast loop, tens of gigabytes.
 const MOST_SAMPLES: f64 = 1e9;
 
@@ -71,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let asked = arguments.duration.map(|duration| samples(duration, model.sample_time_s)).transpose()?;
     let mut simulation = Simulation::new(&model, arguments.seed).map_err(in_loop_file)?;
     if let Some(path) = &arguments.reference {
-        let recorded = Driving::read(path, &model, &arguments.columns)?;
+        let recorded = Driving::read(path, &model, arguments.reading.read_options())?;
         simulation
             .start(&Start::from_recording(&model, &recorded.r, &recorded.y, &recorded.u))
             .map_err(in_loop_file)?;
@@ -197,73 +202,39 @@ impl Driving {
         Row { r: at(&self.r), u, inputs: self.inputs.iter().map(|column| at(column)).collect() }
     }
 
-    /// Needs of a recording: the columns r, y and u (by the names that `--columns` gives them) and one column by
-    /// name for each of the loop's inputs, all of the same length, finite numbers.
-    fn read(path: &Path, model: &Loop, columns: &[String]) -> Result<Self> {
-        let mut names = [("r", "r"), ("y", "y"), ("u", "u"), ("t", "t")];
-        for pair in columns {
-            let known = pair
-                .split_once('=')
-                .and_then(|(name, column)| Some((names.iter_mut().find(|own| own.0 == name)?, column)));
-            let Some((own, column)) = known else {
-                return Err(Error::new(format!("--columns {pair}")).allowed("t=NAME, r=NAME, y=NAME, u=NAME"));
-            };
-            own.1 = column;
+    /// The columns r, y and u and one by name for each of the loop's inputs, at the loop's sample time and without a
+    /// gap: a simulation can't make up what drives it.
+    fn read(path: &Path, model: &Loop, mut options: ReadOptions) -> Result<Self> {
+        options.extra.extend(model.inputs.iter().map(|input| input.column.clone()));
+        let recording = Recording::read(path, &options)?;
+        if (recording.sample_time_s / model.sample_time_s - 1.0).abs() > SAMPLE_TIME_TOLERANCE {
+            let what = format!(
+                "sampled every {} s, but the loop file's sample_time_s is {} s",
+                recording.sample_time_s, model.sample_time_s
+            );
+            return Err(Error::new(what).allowed("the same in both, or --resample").in_file(path));
         }
-        let [r, y, u, _] = names.map(|(_, column)| column);
-        let inputs: Vec<&str> = model.inputs.iter().map(|input| input.column.as_str()).collect();
-        let mut table = read_columns(path, &[&[r, y, u], inputs.as_slice()].concat())?.into_iter();
-        let mut next = || table.next().unwrap_or_default();
-        let (r, y, u) = (next(), next(), next());
-        let recorded_controller = model.controller == Controller::Recorded;
-        Ok(Self { r, y, u, inputs: inputs.iter().map(|_| next()).collect(), recorded_controller })
-    }
-}
-
-/// Columns of a CSV file by name.
-fn read_columns(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>> {
-    let refused = |error: csv::Error| {
-        let line = error.position().map(csv::Position::line);
-        let error = Error::new(format!("can't be read as CSV: {error}")).in_file(path);
-        line.map_or(error.clone(), |line| error.at_line(line))
-    };
-    let unreadable = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
-    let source: Box<dyn Read> = if path == Path::new("-") {
-        Box::new(std::io::stdin().lock())
-    } else {
-        Box::new(std::fs::File::open(path).map_err(unreadable)?)
-    };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(source);
-    let header = reader.headers().map_err(refused)?.clone();
-    let index = |name: &&str| {
-        let there = header.iter().collect::<Vec<_>>().join(", ");
-        let error = || {
-            Error::new(format!("no column '{name}'"))
-                .allowed(format!("there are: {there}"))
-                .in_file(path)
-                .at_line(1)
+        let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(<[f64]>::to_vec));
+        let driving = Self {
+            inputs: inputs.collect::<Result<_>>().map_err(|e| e.in_file(path))?,
+            recorded_controller: model.controller == Controller::Recorded,
+            r: recording.r,
+            y: recording.y,
+            u: recording.u,
         };
-        header.iter().position(|column| column == *name).ok_or_else(error)
-    };
-    let indices = wanted.iter().map(index).collect::<Result<Vec<_>>>()?;
-    let mut columns = vec![Vec::new(); wanted.len()];
-    for record in reader.records() {
-        let record = record.map_err(refused)?;
-        for ((column, index), name) in columns.iter_mut().zip(&indices).zip(wanted) {
-            let text = record.get(*index).unwrap_or("");
-            let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-            let line = record.position().map_or(0, csv::Position::line);
-            let error = || {
-                Error::new(format!("{name} is '{text}'"))
-                    .allowed("a finite number")
-                    .in_file(path)
-                    .at_line(line)
-            };
-            column.push(value.ok_or_else(error)?);
+        driving.complete(recording.sample_time_s).map_err(|e| e.in_file(path))?;
+        Ok(driving)
+    }
+
+    fn complete(&self, sample_time_s: f64) -> Result<()> {
+        let own = [("r", &self.r), ("y", &self.y), ("u", &self.u)];
+        for (name, column) in own.into_iter().chain(self.inputs.iter().map(|column| ("an input", column))) {
+            if let Some(n) = column.iter().position(|value| !value.is_finite()) {
+                let t = n as f64 * sample_time_s;
+                return Err(Error::new(format!("{name} is missing {t} s from the start"))
+                    .allowed("a recording without gaps in r, y, u and the loop's inputs"));
+            }
         }
+        Ok(())
     }
-    if columns.first().is_none_or(Vec::is_empty) {
-        return Err(Error::new("the recording has no rows").in_file(path));
-    }
-    Ok(columns)
 }

@@ -1,0 +1,147 @@
+//! The C interface: header as committed, an archive of our objects only, the C program under sanitizers on the
+//! host and linked with newlib in QEMU.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+use crate::build::{emulate, run, target_dir};
+use crate::image::no_panic;
+use crate::targets::{BUILD, M0, M3, M4F, Target};
+
+const CRATE: &str = "../../drift-core/c";
+const WARNINGS: [&str; 5] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"];
+
+/// All of it.
+pub fn check() -> Result<()> {
+    header()?;
+    generated_configuration()?;
+    let on_host = host()?;
+    for triple in BUILD.iter().filter(|t| t.starts_with("thumb")) {
+        let archive = archive(triple)?;
+        println!("archive   {}: only drift_ symbols, no panic", archive.display());
+    }
+    for target in [M4F, M3, M0] {
+        let printed = firmware(&target)?;
+        if printed != on_host {
+            bail!("C on {} printed\n{printed}and on the host\n{on_host}", target.triple);
+        }
+        println!("runs      C with newlib on {}: as on the host", target.core);
+    }
+    print!("{on_host}");
+    Ok(())
+}
+
+fn header() -> Result<()> {
+    let config = cbindgen::Config::from_file(format!("{CRATE}/cbindgen.toml")).map_err(anyhow::Error::msg)?;
+    let bindings = cbindgen::Builder::new().with_crate(CRATE).with_config(config).generate()?;
+    let mut text = Vec::new();
+    bindings.write(&mut text);
+    let path = PathBuf::from(CRATE).join("include/drift.h");
+    if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        std::fs::write(&path, &text)?;
+    }
+    let committed = std::fs::read(&path).with_context(|| path.display().to_string())?;
+    if committed != text {
+        bail!("{} is not what cbindgen makes of the crate; UPDATE_EXPECTED=1 writes it anew", path.display());
+    }
+    println!("header    {} is as generated", path.display());
+    Ok(())
+}
+
+/// What `drift calibrate --c` writes, as the committed example of its test, compiles against our header.
+fn generated_configuration() -> Result<()> {
+    let example = std::path::absolute("../../drift-sim/tests/baseline_file/config.h")?;
+    if !example.exists() {
+        println!("note      no {}: only the example here is compiled", example.display());
+        return Ok(());
+    }
+    let program = target_dir().join("c/generated.c");
+    std::fs::create_dir_all(target_dir().join("c"))?;
+    let main = "drift_pair_t m;\nint main(void) { return drift_pair_init(&m, &drift_config); }\n";
+    std::fs::write(&program, format!("#include \"drift.h\"\n#include \"{}\"\n{main}", example.display()))?;
+    run(Command::new("cc")
+        .args(WARNINGS)
+        .args(["-I", &format!("{CRATE}/include"), "-c"])
+        .arg(&program)
+        .arg("-o")
+        .arg(program.with_extension("o")))?;
+    println!("compiles  the configuration that drift calibrate --c writes, against drift.h");
+    Ok(())
+}
+
+fn build(triple: Option<&str>) -> Result<PathBuf> {
+    let folder = target_dir().join("c");
+    let mut command = Command::new("cargo");
+    command.args(["build", "--quiet", "--release", "--manifest-path", &format!("{CRATE}/Cargo.toml")]);
+    command.arg("--target-dir").arg(&folder);
+    if let Some(triple) = triple {
+        command.args(["--target", triple]);
+    }
+    run(&mut command)?;
+    Ok(triple.map_or(folder.clone(), |t| folder.join(t)).join("release"))
+}
+
+/// The program under AddressSanitizer and UBSan; what it printed.
+fn host() -> Result<String> {
+    let library = build(None)?.join("libdrift_c.a");
+    let program = target_dir().join("c/pi_loop_host");
+    run(Command::new("cc")
+        .args(WARNINGS)
+        .args(["-g", "-O1", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"])
+        .args(["-I", &format!("{CRATE}/include"), "-I", "c", "c/pi_loop.c"])
+        .arg(&library)
+        .args(["-lpthread", "-ldl", "-lm", "-o"])
+        .arg(&program))?;
+    let printed = String::from_utf8(run(&mut Command::new(&program))?)?;
+    println!("runs      C on the host under ASan and UBSan");
+    Ok(printed)
+}
+
+/// An archive that holds our object alone: a default static library would replace the firmware's own float and
+/// memory routines by Rust's.
+fn archive(triple: &str) -> Result<PathBuf> {
+    let folder = build(Some(triple))?;
+    let members = run(Command::new("arm-none-eabi-ar").arg("t").arg(folder.join("libdrift_c.a")))?;
+    let members = String::from_utf8(members)?;
+    let ours: Vec<&str> = members.lines().filter(|m| m.starts_with("drift_c")).collect();
+    if ours.is_empty() {
+        bail!("{triple}: no object of ours in the archive");
+    }
+    run(Command::new("arm-none-eabi-ar").arg("x").arg("libdrift_c.a").args(&ours).current_dir(&folder))?;
+    let _ = std::fs::remove_file(folder.join("libdrift.a"));
+    run(Command::new("arm-none-eabi-ar").arg("crs").arg("libdrift.a").args(&ours).current_dir(&folder))?;
+    let archive = folder.join("libdrift.a");
+    let symbols = run(Command::new("arm-none-eabi-nm").arg("-g").arg(&archive))?;
+    for line in String::from_utf8(symbols)?.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let (kind, name) = match words.as_slice() {
+            [_, kind, name] => (*kind, *name),
+            ["U", name] => ("U", *name),
+            _ => continue,
+        };
+        if name.contains("panic") || (kind != "U" && !name.starts_with("drift_")) {
+            bail!("{}: symbol {kind} {name}", archive.display());
+        }
+    }
+    Ok(archive)
+}
+
+/// Linked with newlib and run; what it printed.
+fn firmware(target: &Target) -> Result<String> {
+    let image = target_dir().join("c").join(target.triple).join("pi_loop_c.elf");
+    let library = target_dir().join("c").join(target.triple).join("release/libdrift.a");
+    let map = if target.triple == M0.triple { "c/microbit.ld" } else { "c/mps2.ld" };
+    run(Command::new("arm-none-eabi-gcc")
+        .args(target.gcc)
+        .args(WARNINGS)
+        .args(["-Os", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"])
+        .args(["-I", &format!("{CRATE}/include"), "-I", "c", "c/pi_loop.c", "c/startup.c"])
+        .args(["--specs=nano.specs", "--specs=rdimon.specs", "-nostartfiles", "-L", "c", "-T", map])
+        .arg(&library)
+        .arg("-o")
+        .arg(&image))?;
+    no_panic(&image)?;
+    Ok(String::from_utf8(emulate(target, Path::new(&image))?)?)
+}

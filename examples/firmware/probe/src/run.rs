@@ -1,0 +1,130 @@
+//! The run: every call is timed on its own, the ruler's time taken off; sums, extremes and the stack are printed
+//! in timer ticks, which the host turns into instructions.
+
+use core::hint::black_box;
+
+use board::{Line, clock};
+use scenario::pi::{Pi, PiCounts};
+use scenario::plant::Noise;
+
+use crate::rivals;
+
+/// Ticks timed: whole hops of every configuration (2000 ticks).
+const TICKS: u32 = 8000;
+
+struct Tally {
+    sum: u32,
+    most: u32,
+    /// Outside decisions and block ends.
+    usual_least: u32,
+    usual_most: u32,
+}
+
+impl Tally {
+    const NEW: Self = Self { sum: 0, most: 0, usual_least: u32::MAX, usual_most: 0 };
+
+    fn add(&mut self, ticks: u32, usual: bool) {
+        self.sum = self.sum.saturating_add(ticks);
+        self.most = self.most.max(ticks);
+        if usual {
+            self.usual_least = self.usual_least.min(ticks);
+            self.usual_most = self.usual_most.max(ticks);
+        }
+    }
+
+    fn print(&self, name: &str) {
+        let mut line = Line::new();
+        line.text(name).text(" ").number(TICKS).text(" ").number(self.sum).text(" ").number(self.most);
+        line.text(" ")
+            .number(self.usual_least.min(self.usual_most))
+            .text(" ")
+            .number(self.usual_most)
+            .print();
+    }
+}
+
+/// A loop in f32.
+pub fn f32(block_ticks: u32, mut tick: impl FnMut(f32, f32, f32)) {
+    clock::start();
+    rivals_f32();
+    let mut noise = Noise::new(7);
+    let mut tally = Tally::NEW;
+    board::repaint_stack();
+    let before = board::stack_painted();
+    for n in 0..2 * TICKS {
+        let (r, y, u) = (1.0, 1.0 + 0.1 * noise.uniform(), 1.2 + noise.uniform());
+        let (r, y, u) = black_box((r, y, u));
+        let ruler = clock::time(|| _ = black_box(rivals::nothing(r, y, u)));
+        let ticks = clock::time(|| tick(r, y, u)).saturating_sub(ruler);
+        // The first windows fill the ring.
+        if n >= TICKS {
+            tally.add(ticks, (n + 1) % block_ticks != 0);
+        }
+    }
+    stack(before);
+    tally.print("monitor");
+}
+
+/// A loop in counts.
+pub fn i32(block_ticks: u32, mut tick: impl FnMut(i32, i32, i32)) {
+    clock::start();
+    rivals_f32();
+    rivals_i32();
+    let mut noise = Noise::new(7);
+    let mut tally = Tally::NEW;
+    board::repaint_stack();
+    let before = board::stack_painted();
+    for n in 0..2 * TICKS {
+        let (y, u) = (4096 + (noise.bits() >> 22) as i32 - 512, 5000 + (noise.bits() >> 20) as i32 - 2048);
+        let (r, y, u) = black_box((4096, y, u));
+        let ruler = clock::time(|| _ = black_box(rivals::nothing_counts(r, y, u)));
+        let ticks = clock::time(|| tick(r, y, u)).saturating_sub(ruler);
+        if n >= TICKS {
+            tally.add(ticks, (n + 1) % block_ticks != 0);
+        }
+    }
+    stack(before);
+    tally.print("monitor");
+}
+
+fn stack(before: u32) {
+    let used = before.saturating_sub(board::stack_painted());
+    Line::new().text("stack ").number(used).print();
+}
+
+/// The PI tick in counts.
+#[inline(never)]
+fn rivals_i32() {
+    let mut noise = Noise::new(7);
+    let mut pi = PiCounts { kp: 512, ki_ts: 3, u_max: 40_000, integral: 0 };
+    let mut tally = Tally::NEW;
+    for _ in 0..TICKS {
+        let y = black_box(4096 + (noise.bits() >> 22) as i32 - 512);
+        let ruler = clock::time(|| _ = black_box(rivals::nothing_counts(4096, y, 0)));
+        let ticks = clock::time(|| _ = black_box(rivals::pi_counts_tick(&mut pi, 4096, y)));
+        tally.add(ticks.saturating_sub(ruler), true);
+    }
+    tally.print("pi_counts");
+}
+
+#[inline(never)]
+fn rivals_f32() {
+    let mut noise = Noise::new(7);
+    let mut pi = Pi { kp: 2.0, ki_ts: 0.01, u_min: -10.0, u_max: 10.0, integral: 0.0 };
+    let mut section = rivals::SECTION;
+    let Some(mut nexus) = rivals::nexus() else { return };
+    let (mut pi_tally, mut section_tally, mut nexus_tally) = (Tally::NEW, Tally::NEW, Tally::NEW);
+    for _ in 0..TICKS {
+        let y = black_box(1.0 + 0.1 * noise.uniform());
+        let ruler = clock::time(|| _ = black_box(rivals::nothing(1.0, y, 0.0)));
+        let of_pi = clock::time(|| _ = black_box(rivals::pi_tick(&mut pi, 1.0, y)));
+        let of_section = clock::time(|| _ = black_box(rivals::section_run(&mut section, y)));
+        let of_nexus = clock::time(|| _ = black_box(rivals::nexus_update(&mut nexus, y)));
+        pi_tally.add(of_pi.saturating_sub(ruler), true);
+        section_tally.add(of_section.saturating_sub(ruler), true);
+        nexus_tally.add(of_nexus.saturating_sub(ruler), true);
+    }
+    pi_tally.print("pi");
+    section_tally.print("biquad");
+    nexus_tally.print("nexus_cusum");
+}

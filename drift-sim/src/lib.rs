@@ -7,6 +7,7 @@ pub mod calibrate;
 pub mod control_loop;
 pub mod controller;
 pub mod design;
+pub mod diagnose;
 pub mod error;
 pub mod loop_file;
 pub mod monitor;

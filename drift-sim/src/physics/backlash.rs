@@ -2,11 +2,12 @@
 //! between u and what reaches the plant. It begins in the middle of the gap.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "backlash",
     place: Place::Actuator,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "width", unit: "{u}", range: Range::NotNegative }],
     applies: every_plant,
     consistent: any_values,

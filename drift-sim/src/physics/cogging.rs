@@ -1,11 +1,14 @@
 //! Cogging: a force that repeats over position (magnets, a screw's pitch, an unbalanced wheel),
 //! `amplitude*sin(2 pi x/period + phase)` against the drive. Where y is a speed, x is its integral from the start.
 
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "cogging",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "amplitude", unit: "{drive}", range: Range::NotNegative },
         Parameter { name: "period", unit: "{position}", range: Range::Positive },

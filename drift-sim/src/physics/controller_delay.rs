@@ -4,11 +4,12 @@
 use std::collections::VecDeque;
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "controller_delay",
     place: Place::Controller,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "delay_s", unit: "s", range: Range::NotNegative }],
     applies: every_plant,
     consistent: any_values,

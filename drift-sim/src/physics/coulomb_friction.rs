@@ -2,11 +2,12 @@
 //! it holds against anything up to `level`.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, is_servo, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "coulomb_friction",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "level", unit: "{drive}", range: Range::NotNegative }],
     applies: is_servo,
     consistent: any_values,

@@ -1,11 +1,12 @@
 //! A dead zone: nothing reaches the plant while `|u| <= half_width`; outside, u less the half width.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "dead_zone",
     place: Place::Actuator,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "half_width", unit: "{u}", range: Range::NotNegative }],
     applies: every_plant,
     consistent: any_values,

@@ -3,12 +3,13 @@
 
 use super::signature::singles;
 use super::{
-    Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "delay",
     place: Place::Loop,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "delay_s", unit: "s", range: Range::NotNegative }],
     applies: every_plant,
     consistent: any_values,

@@ -2,11 +2,14 @@
 //! `viscous_pos*v` and `viscous_neg*v` **on top of** the plant's own (so these two may be negative, and all four at zero
 //! change nothing).
 
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "directional_friction",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "coulomb_pos", unit: "{drive}", range: Range::NotNegative },
         Parameter { name: "coulomb_neg", unit: "{drive}", range: Range::NotNegative },

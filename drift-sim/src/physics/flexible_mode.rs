@@ -1,13 +1,14 @@
 //! A flexible shaft or belt between the actuator and what it moves: the drive passes a resonance
 //! `w^2/(s^2 + 2*damping*w*s + w^2)`, `w = 2 pi*frequency_hz`. In a linear loop it could as well be on the side of y.
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
 use crate::plant::StateSpace;
 use crate::plant::zero_order_hold::discretise;
 
 pub(super) static KIND: Kind = Kind {
     name: "flexible_mode",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "frequency_hz", unit: "Hz", range: Range::Positive },
         Parameter { name: "damping", unit: "1", range: Range::Between(0.0, 10.0) },

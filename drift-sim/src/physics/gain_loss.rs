@@ -1,11 +1,12 @@
 //! A weaker actuator: what reaches the plant is `(1 - loss)*u`. Negative loss: a stronger one.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "gain_loss",
     place: Place::Actuator,
+    begins: Begins::Later,
     parameters: &[Parameter { name: "loss", unit: "1", range: Range::Between(-10.0, 1.0) }],
     applies: every_plant,
     consistent: any_values,

@@ -1,10 +1,11 @@
 //! Weight on a lever: force `amplitude*sin(x + phase)` against the drive, x in radians.
 
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, is_servo, shown};
+use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, is_servo, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "gravity",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "amplitude", unit: "{drive}", range: Range::Any },
         Parameter { name: "phase", unit: "rad", range: Range::Any },

@@ -2,11 +2,14 @@
 //! speed stays continuous at the onset.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "inertia_change",
     place: Place::Plant,
+    begins: Begins::Later,
     parameters: &[Parameter { name: "ratio", unit: "1", range: Range::Between(1e-3, 1e3) }],
     applies: is_servo,
     consistent: any_values,

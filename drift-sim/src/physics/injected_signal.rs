@@ -1,11 +1,12 @@
 //! A signal added after u, found by when it acts: `level` within each of the term's spans.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "injected_signal",
     place: Place::Disturbance,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "level", unit: "{u}", range: Range::Any }],
     applies: every_plant,
     consistent: any_values,

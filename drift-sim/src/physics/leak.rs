@@ -1,12 +1,13 @@
 //! A loss that grows with y: `-coefficient*y` on the drive (a leak, heat through a wall, back pressure).
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, shown};
+use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, shown};
 use crate::plant::Plant;
 
 pub(super) static KIND: Kind = Kind {
     name: "leak",
     place: Place::Plant,
+    begins: Begins::Either,
     parameters: &[Parameter { name: "coefficient", unit: "{drive}/({y})", range: Range::Any }],
     applies: |plant| !matches!(plant, Plant::Servo(_)),
     consistent: any_values,

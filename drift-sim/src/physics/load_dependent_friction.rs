@@ -4,11 +4,12 @@
 //! load it is the load.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, is_servo, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, is_servo, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "load_dependent_friction",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "coefficient", unit: "1", range: Range::NotNegative }],
     applies: is_servo,
     consistent: any_values,

@@ -1,11 +1,12 @@
 //! A load that grows: `rate_per_s*(t - onset)` is subtracted from the plant's drive.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "load_ramp",
     place: Place::Disturbance,
+    begins: Begins::Either,
     parameters: &[Parameter { name: "rate_per_s", unit: "{drive}/s", range: Range::Any }],
     applies: every_plant,
     consistent: any_values,

@@ -120,6 +120,18 @@ impl Place {
     }
 }
 
+/// When a term begins, as a diagnosis may suppose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begins {
+    /// Before the recording: part of the machine.
+    Start,
+    /// Within the recording: from its start on it would be the nominal model with other numbers, or nothing that
+    /// shows.
+    Later,
+    /// Either.
+    Either,
+}
+
 /// What a parameter may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
@@ -174,6 +186,8 @@ pub struct Kind {
     pub name: &'static str,
     /// Where it acts.
     pub place: Place,
+    /// When it begins, as a diagnosis may suppose.
+    pub begins: Begins,
     /// Its parameters, in the order of [`Term::parameters`].
     pub parameters: &'static [Parameter],
     /// Which plants it can act on.

@@ -2,11 +2,12 @@
 //! in the unit of u nothing changes.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "nonlinear_gain",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "exponent", unit: "1", range: Range::Between(0.05, 20.0) }],
     applies: every_plant,
     consistent: any_values,

@@ -1,10 +1,11 @@
 //! A periodic load: `amplitude*sin(2 pi*frequency_hz*t)` is subtracted from the plant's drive, t from the start of the run.
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "periodic_load",
     place: Place::Disturbance,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "amplitude", unit: "{drive}", range: Range::Any },
         Parameter { name: "frequency_hz", unit: "Hz", range: Range::Positive },

@@ -1,11 +1,12 @@
 //! Drag that grows with the square of the speed (fans, ships, fast vehicles): `coefficient*v*|v|` against the motion.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, is_servo, shown};
+use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, is_servo, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "quadratic_drag",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "coefficient", unit: "{drive}/({speed})^2", range: Range::NotNegative }],
     applies: is_servo,
     consistent: any_values,

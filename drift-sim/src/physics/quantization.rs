@@ -1,11 +1,12 @@
 //! A coarse sensor: y in whole multiples of `step`.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "quantization",
     place: Place::Sensor,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "step", unit: "{y}", range: Range::Positive }],
     applies: every_plant,
     consistent: any_values,

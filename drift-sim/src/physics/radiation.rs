@@ -2,12 +2,13 @@
 //! the plant's `offset` (the surroundings) in degC.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, shown};
+use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, shown};
 use crate::plant::Plant;
 
 pub(super) static KIND: Kind = Kind {
     name: "radiation",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "coefficient", unit: "{y}/K^4", range: Range::NotNegative }],
     applies: |plant| matches!(plant, Plant::FirstOrder(_)),
     consistent: any_values,

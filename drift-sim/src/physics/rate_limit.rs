@@ -1,11 +1,12 @@
 //! An actuator that can't move faster than `limit_per_s`: what reaches the plant follows u at most at that rate.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "rate_limit",
     place: Place::Actuator,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "limit_per_s", unit: "{u}/s", range: Range::Positive }],
     applies: every_plant,
     consistent: any_values,

@@ -1,10 +1,11 @@
 //! A limit between u and the plant that the controller does not know of: u is clipped to `[lower, upper]`.
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "saturation",
     place: Place::Actuator,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "lower", unit: "{u}", range: Range::Any },
         Parameter { name: "upper", unit: "{u}", range: Range::Any },

@@ -1,11 +1,12 @@
 //! A sensor that is off by a constant: `bias` is added to y.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_bias",
     place: Place::Sensor,
+    begins: Begins::Later,
     parameters: &[Parameter { name: "bias", unit: "{y}", range: Range::Any }],
     applies: every_plant,
     consistent: any_values,

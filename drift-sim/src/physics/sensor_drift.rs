@@ -5,11 +5,12 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_drift",
     place: Place::Sensor,
+    begins: Begins::Later,
     parameters: &[
         Parameter { name: "rate_per_s", unit: "{y}/s", range: Range::Any },
         Parameter { name: "noise_growth_per_s", unit: "{y}/s", range: Range::NotNegative },

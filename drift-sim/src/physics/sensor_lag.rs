@@ -2,11 +2,12 @@
 //! between samples.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_lag",
     place: Place::Sensor,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "time_constant_s", unit: "s", range: Range::Positive }],
     applies: every_plant,
     consistent: any_values,

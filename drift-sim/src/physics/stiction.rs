@@ -1,11 +1,12 @@
 //! A sticking valve: the stem stays until `|u - stem| > stick_band`, then goes to
 //! `u - sign(u - stem)*(stick_band - slip_jump)`.
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "stiction",
     place: Place::Actuator,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "stick_band", unit: "{u}", range: Range::NotNegative },
         Parameter { name: "slip_jump", unit: "{u}", range: Range::NotNegative },
@@ -14,8 +15,12 @@ pub(super) static KIND: Kind = Kind {
     consistent: any_values,
     effect: |p, _| Box::new(Stiction { stick_band: p[0], rest: p[0] - p[1], stem: None }),
     starts: |s| {
-        let bands = Signature::or_fractions(0.5 * s.hysteresis, s.u_scale);
-        bands.into_iter().flat_map(|band| [0.1, 0.5].map(|part| vec![band, part * band])).collect()
+        let bands = if s.hysteresis > 0.0 {
+            [0.8, 1.0, 1.25].map(|part| 0.5 * part * s.hysteresis).to_vec()
+        } else {
+            [0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 1.0, 1.4].map(|part| part * s.u_scale).to_vec()
+        };
+        bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band])).collect()
     },
     excitation: "Slow changes of u, also in one direction.",
     ties: &["backlash"],

@@ -1,11 +1,14 @@
 //! A spring towards zero (a hose, a cable, a return spring): force `stiffness*x` against the displacement.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "stiffness",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[Parameter { name: "stiffness", unit: "{drive}/({position})", range: Range::Any }],
     applies: is_servo,
     consistent: any_values,

@@ -1,11 +1,12 @@
 //! Stribeck friction: dry friction that is higher at rest than in motion,
 //! `coulomb + (breakaway - coulomb)*exp(-(v/stribeck_speed)^2)`.
 
-use super::{Effect, Hook, Kind, Parameter, Place, Range, Signature, is_servo, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, is_servo, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "stribeck_friction",
     place: Place::Plant,
+    begins: Begins::Start,
     parameters: &[
         Parameter { name: "coulomb", unit: "{drive}", range: Range::NotNegative },
         Parameter { name: "breakaway", unit: "{drive}", range: Range::NotNegative },

@@ -1,11 +1,14 @@
 //! Viscous friction other than the model's: the plant's own `viscous` times `ratio`.
 
 use super::signature::singles;
-use super::{Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "viscous_friction",
     place: Place::Plant,
+    begins: Begins::Later,
     parameters: &[Parameter { name: "ratio", unit: "1", range: Range::NotNegative }],
     applies: is_servo,
     consistent: any_values,

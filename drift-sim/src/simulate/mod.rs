@@ -154,7 +154,7 @@ impl Simulation {
     /// # Errors
     /// The state in full has another length than the plant's.
     pub fn start(&mut self, start: &Start) -> Result<()> {
-        let state = start.state_of(&self.model)?;
+        let state = start.state_for(&self.model)?;
         let order = self.model.plant.linear()?.map_or(1, |linear| linear.order());
         if state.len() != order {
             return Err(Error::new(format!("a starting state of {} numbers", state.len()))

@@ -55,8 +55,11 @@ impl Start {
         Self { y: y0, velocity, u, integrator, state: None }
     }
 
-    /// The plant's state.
-    pub(super) fn state_of(&self, model: &Loop) -> Result<Vec<f64>> {
+    /// The plant's state: given, or the one nearest to equilibrium.
+    ///
+    /// # Errors
+    /// The plant is still to be identified.
+    pub fn state_for(&self, model: &Loop) -> Result<Vec<f64>> {
         if let Some(state) = &self.state {
             return Ok(state.clone());
         }

@@ -4,6 +4,7 @@
 mod calibrate;
 mod demo;
 mod design;
+mod diagnose;
 mod monitor;
 mod paper;
 mod progress;
@@ -29,6 +30,7 @@ enum Command {
     Calibrate(Box<calibrate::Arguments>),
     Monitor(monitor::Arguments),
     Design(design::Arguments),
+    Diagnose(diagnose::Arguments),
     Paper(paper::Arguments),
 }
 
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
+        Command::Diagnose(arguments) => diagnose::run(arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Monitor(arguments) => monitor::run(arguments),

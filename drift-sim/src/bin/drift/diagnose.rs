@@ -1,0 +1,99 @@
+//! `drift diagnose`: what physics a simulation left out of a recording.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::signals::Signals;
+use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
+use drift_sim::recording::Recording;
+use drift_sim::{Error, Result, output};
+
+use crate::recording_arguments::RecordingArguments;
+
+/// Finds, names, models and proves the physics that a simulation left out of a recorded loop.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (CSV)
+    recording: PathBuf,
+    /// What is known of the loop
+    #[arg(long = "loop", value_name = "LOOP.toml")]
+    loop_file: PathBuf,
+    /// A second recording, for the proof; without it the last 30 % of the first are held out
+    #[arg(long, value_name = "REC.csv")]
+    holdout: Option<PathBuf>,
+    /// Write the diagnosis as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the improved loop file
+    #[arg(long, value_name = "OUT.toml")]
+    model: Option<PathBuf>,
+    /// A page for people: one HTML file that needs nothing else
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Healthy recordings that the nominal numbers (or the identified plant) come from
+    #[arg(long, value_name = "H.csv", num_args = 1..)]
+    healthy: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: RecordingArguments,
+}
+
+pub fn run(arguments: Arguments) -> Result<ExitCode> {
+    let model = Loop::read(&arguments.loop_file)?;
+    let mut options = arguments.reading.read_options();
+    options.extra.extend(model.inputs.iter().map(|input| input.column.clone()));
+    let read = |path: &Path| Signals::new(&Recording::read(path, &options)?, &model);
+    let train = read(&arguments.recording)?;
+    let holdout = arguments.holdout.as_deref().map(read).transpose()?;
+    let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
+    let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
+    // The plant that is diagnosed, where the loop file leaves it open.
+    let model = identify::plant(&model, &train)?.unwrap_or(model);
+    let found = diagnose(&train, holdout.as_ref(), &model)?;
+    if let Some(path) = &arguments.model {
+        output::write_text(path, &found.improved.to_toml())?;
+    }
+    if let Some(path) = &arguments.report {
+        let name = arguments.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
+        let shown = holdout.as_ref().unwrap_or(&train);
+        output::write_text(path, &page::html(&found, &model, &train, shown, &name)?)?;
+    }
+    if let Some(path) = &arguments.json {
+        let name = arguments.model.as_ref().map(|p| p.display().to_string());
+        let text = serde_json::to_string_pretty(&report::json(&found, &model, name.as_deref()))
+            .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
+        output::write_text(path, &(text + "\n"))?;
+    }
+    if arguments.json.as_deref() != Some(Path::new("-")) {
+        print!("{}", screen(&found, &model));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One screen for people.
+fn screen(found: &Diagnosis, model: &Loop) -> String {
+    let units = model.unit_names();
+    let mut text = format!("verdict: {}\n", found.verdict.name());
+    for named in &found.physics {
+        text += &format!("  {}\n", named.term.says(&units));
+        if !named.tied.is_empty() {
+            text +=
+                &format!("  can't be told from {}: {}\n", named.tied.join(", "), named.term.kind.experiment);
+        }
+    }
+    for p in &found.parameters {
+        text += &format!("  {} {} -> {:.6} +- {:.2e}\n", p.name, p.nominal, p.value, p.half_width);
+    }
+    for (name, fit) in [
+        ("as it came", found.holdout.nominal),
+        ("refitted", found.holdout.before),
+        ("improved", found.holdout.after),
+    ] {
+        if let Some(fit) = fit {
+            let u = fit.u_pct.map_or(String::from("-"), |u| format!("{u:.2}"));
+            text += &format!("  hold-out, {name:10}  y {:.3} %  u {u} %\n", fit.y_pct);
+        }
+    }
+    text
+}

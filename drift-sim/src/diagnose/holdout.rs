@@ -1,0 +1,53 @@
+//! What a fitted model is worth on samples that it has not seen.
+
+use super::fit::{Effort, Fit, mean_square};
+use super::model::{Model, Target};
+use super::signals::Signals;
+use super::whiten::Whitener;
+
+/// Contiguous blocks over which the gain is averaged; their scatter gives its standard error.
+const BLOCKS: usize = 16;
+
+/// Each block's part of the log-likelihood of the hold-out, its noise's size being free in each block; `whitener` has to be the
+/// same for models that are compared, else the noise models compete instead of the physics. Only the state at the
+/// hold-out's first sample is found anew.
+pub fn block_likelihoods(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec<f64>> {
+    let white = whitener.apply(&residual(fit, holdout, whitener)?);
+    let length = (white.len() / BLOCKS).max(1);
+    Some(
+        white
+            .chunks(length)
+            .take(BLOCKS)
+            .map(|block| -0.5 * block.len() as f64 * libm::log(mean_square(block).max(1e-300)))
+            .collect(),
+    )
+}
+
+/// Measured less predicted y on the hold-out, the parameters being those of the fit.
+pub fn residual(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec<f64>> {
+    let states = start_only(&fit.model, holdout)?;
+    let started = Fit::start(&states, holdout, whitener)?;
+    let started = if states.free.is_empty() { started } else { started.search(holdout, Effort::LOOK) };
+    Some(started.residual)
+}
+
+/// The model with everything but the starting state fixed at its point.
+fn start_only(model: &Model, holdout: &Signals) -> Option<Model> {
+    let (fitted, _) = model.loop_at(&model.x)?;
+    let mut states = Model::refit(&fitted, holdout);
+    let keep: Vec<bool> = states.free.iter().map(|f| matches!(f.target, Target::State(_))).collect();
+    let mut flags = keep.iter();
+    states.free.retain(|_| flags.next().copied().unwrap_or(false));
+    let mut flags = keep.iter();
+    states.x.retain(|_| flags.next().copied().unwrap_or(false));
+    Some(states)
+}
+
+/// Mean gain per block and its standard error, of one model over another.
+pub fn gain(better: &[f64], worse: &[f64]) -> (f64, f64) {
+    let differences: Vec<f64> = better.iter().zip(worse).map(|(a, b)| a - b).collect();
+    let n = differences.len().max(1) as f64;
+    let mean = differences.iter().sum::<f64>() / n;
+    let spread = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
+    (mean, libm::sqrt(spread / n))
+}

@@ -1,0 +1,365 @@
+//! A loop with free parameters: the nominal plant's own numbers, the numbers of candidate terms, onsets, and the
+//! state in which the recording begins. A point x is turned into a loop that the simulator runs.
+
+use crate::control_loop::Loop;
+use crate::physics::{Range, Term};
+use crate::plant::{Output, Plant};
+use crate::simulate::{SUBSTEPS, Simulation, Start};
+
+use super::observer;
+use super::part_time;
+use super::signals::{Signals, deviation};
+
+/// What a free parameter stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// The plant's own number of this place in [`plant_numbers`].
+    Plant(usize),
+    /// Parameter `parameter` of term `term`.
+    Term {
+        /// Index into the loop's physics.
+        term: usize,
+        /// Index into the term's parameters.
+        parameter: usize,
+    },
+    /// When the term begins, s.
+    Onset(usize),
+    /// A state at the first sample.
+    State(usize),
+}
+
+/// One free parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Free {
+    /// What it stands for.
+    pub target: Target,
+    /// Its name in reports.
+    pub name: String,
+    /// What it may be.
+    pub range: Range,
+    /// Its typical size: steps of the search are fractions of it.
+    pub scale: f64,
+}
+
+/// A loop and what is free in it.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The loop at the starting point.
+    pub nominal: Loop,
+    /// What may move.
+    pub free: Vec<Free>,
+    /// The starting point, in the order of `free`.
+    pub x: Vec<f64>,
+    start: Start,
+}
+
+/// The numbers of a plant that a refit may move: name, value, range. What only scales all the others (a servo's
+/// actuator gain against inertia and viscous friction) stays.
+pub fn plant_numbers(plant: &Plant) -> Vec<(String, f64, Range)> {
+    let own = |name: &str, value, range| (format!("plant.{name}"), value, range);
+    match plant {
+        Plant::Servo(p) => {
+            vec![own("inertia", p.inertia, Range::Positive), own("viscous", p.viscous, Range::NotNegative)]
+        }
+        Plant::FirstOrder(p) => vec![
+            own("gain", p.gain, Range::Any),
+            own("time_constant_s", p.time_constant_s, Range::Positive),
+            own("delay_s", p.delay_s, Range::NotNegative),
+            own("offset", p.offset, Range::Any),
+        ],
+        Plant::StateSpace(p) => {
+            let mut numbers: Vec<_> = magnitudes(&p.a)
+                .into_iter()
+                .enumerate()
+                .map(|(i, value)| own(&format!("a{}", i + 1), value, Range::Positive))
+                .collect();
+            numbers.push(own("gain", 1.0, Range::Any));
+            numbers
+        }
+        Plant::TransferFunction(p) => {
+            let mut numbers: Vec<_> = (p.num.iter().enumerate())
+                .filter(|(_, c)| **c != 0.0)
+                .map(|(i, c)| own(&format!("num[{i}]"), *c, Range::Any))
+                .collect();
+            numbers.extend(
+                p.den
+                    .iter()
+                    .enumerate()
+                    .skip(1)
+                    .filter(|(_, c)| **c != 0.0)
+                    .map(|(i, c)| own(&format!("den[{i}]"), *c, Range::Any)),
+            );
+            if p.delay_s > 0.0 {
+                numbers.push(own("delay_s", p.delay_s, Range::NotNegative));
+            }
+            numbers
+        }
+        Plant::Tank(p) => {
+            vec![own("inflow_gain", p.inflow_gain, Range::Any), own("outflow", p.outflow, Range::NotNegative)]
+        }
+        Plant::Identify => Vec::new(),
+    }
+}
+
+/// The different magnitudes in a matrix, each once: entries of equal magnitude are one number of the physics (the
+/// two damping entries and the two frequency entries of an oscillator, say) and move together.
+fn magnitudes(a: &[Vec<f64>]) -> Vec<f64> {
+    let mut found: Vec<f64> = Vec::new();
+    for value in a.iter().flatten().map(|v| v.abs()).filter(|v| *v > 0.0) {
+        if !found.iter().any(|other| (other - value).abs() <= 1e-9 * value) {
+            found.push(value);
+        }
+    }
+    found
+}
+
+/// The plant with its numbers replaced, in the order of [`plant_numbers`].
+pub fn with_plant_numbers(plant: &Plant, values: &[f64]) -> Plant {
+    let mut plant = plant.clone();
+    let mut values = values.iter().copied();
+    let mut set = |slot: &mut f64| {
+        if let Some(value) = values.next() {
+            *slot = value;
+        }
+    };
+    match &mut plant {
+        Plant::Servo(p) => {
+            set(&mut p.inertia);
+            set(&mut p.viscous);
+        }
+        Plant::FirstOrder(p) => {
+            set(&mut p.gain);
+            set(&mut p.time_constant_s);
+            set(&mut p.delay_s);
+            set(&mut p.offset);
+        }
+        Plant::StateSpace(p) => {
+            for old in magnitudes(&p.a) {
+                let mut new = old;
+                set(&mut new);
+                for entry in p.a.iter_mut().flatten() {
+                    if (entry.abs() - old).abs() <= 1e-9 * old {
+                        *entry = new * entry.signum();
+                    }
+                }
+            }
+            let mut gain = 1.0;
+            set(&mut gain);
+            p.b.iter_mut().for_each(|b| *b *= gain);
+            p.d *= gain;
+        }
+        Plant::TransferFunction(p) => {
+            p.num.iter_mut().filter(|c| **c != 0.0).for_each(&mut set);
+            p.den.iter_mut().skip(1).filter(|c| **c != 0.0).for_each(&mut set);
+            if p.delay_s > 0.0 {
+                set(&mut p.delay_s);
+            }
+        }
+        Plant::Tank(p) => {
+            set(&mut p.inflow_gain);
+            set(&mut p.outflow);
+        }
+        Plant::Identify => {}
+    }
+    plant
+}
+
+impl Model {
+    /// The nominal loop with its plant's numbers and its starting state free.
+    pub fn refit(nominal: &Loop, signals: &Signals) -> Self {
+        let start = Start::from_recording(nominal, &signals.r, &signals.y, &signals.u);
+        let mut model = Self { nominal: nominal.clone(), free: Vec::new(), x: Vec::new(), start };
+        for (i, (name, value, range)) in plant_numbers(&nominal.plant).into_iter().enumerate() {
+            let scale = match (value.abs() > 0.0, &nominal.plant) {
+                (_, Plant::FirstOrder(_)) if name == "plant.offset" => deviation(&signals.y),
+                (_, Plant::FirstOrder(p)) if name == "plant.delay_s" => {
+                    p.delay_s.max(nominal.sample_time_s).max(0.05 * p.time_constant_s)
+                }
+                (true, _) => value.abs(),
+                (false, _) => 1.0,
+            };
+            model.push(Free { target: Target::Plant(i), name, range, scale }, value);
+        }
+        let state = model.start.state_for(nominal).unwrap_or_default();
+        let scale = deviation(&signals.y).max(1e-12);
+        for (i, value) in state.iter().enumerate() {
+            if !starts_known(&nominal.plant, i) && !observer::forgets(&nominal.plant) {
+                let free = Free {
+                    target: Target::State(i),
+                    name: format!("state[{i}]"),
+                    range: Range::Any,
+                    scale: if *value == 0.0 { scale } else { value.abs().max(0.1 * scale) },
+                };
+                model.push(free, *value);
+            }
+        }
+        model.start.state = Some(state);
+        model
+    }
+
+    fn push(&mut self, free: Free, value: f64) {
+        self.free.push(free);
+        self.x.push(value);
+    }
+
+    /// The same at another point.
+    #[must_use]
+    pub fn at(&self, x: &[f64]) -> Self {
+        Self { x: x.to_vec(), ..self.clone() }
+    }
+
+    /// One more term, its parameters free (but for those of `fixed`), its onset free if wanted.
+    #[must_use]
+    pub fn with_term(&self, term: &Term, free_onset: bool, duration_s: f64) -> Self {
+        let mut model = self.clone();
+        let index = model.nominal.physics.len();
+        for (i, (parameter, value)) in term.kind.parameters.iter().zip(&term.parameters).enumerate() {
+            // Growing noise is not for a deterministic prediction to find.
+            if parameter.name == "noise_growth_per_s" {
+                continue;
+            }
+            let free = Free {
+                target: Target::Term { term: index, parameter: i },
+                name: format!("{}.{}", term.kind.name, parameter.name),
+                range: parameter.range,
+                scale: if *value == 0.0 { 1.0 } else { value.abs() },
+            };
+            model.push(free, *value);
+        }
+        if free_onset {
+            let free = Free {
+                target: Target::Onset(index),
+                name: format!("{}.onset_s", term.kind.name),
+                range: Range::Between(0.0, duration_s),
+                scale: duration_s,
+            };
+            model.push(free, term.onset_s);
+        }
+        model.nominal.physics.push(term.clone());
+        model
+    }
+
+    /// The same at its point without one of its terms.
+    #[must_use]
+    pub fn without_term(&self, gone: usize) -> Self {
+        let mut model = self.clone();
+        if gone >= model.nominal.physics.len() {
+            return model;
+        }
+        model.nominal.physics.remove(gone);
+        let of_gone = |target: Target| matches!(target, Target::Term { term, .. } | Target::Onset(term) if term == gone);
+        let earlier = |term: usize| if term > gone { term - 1 } else { term };
+        let kept = self.free.iter().zip(&self.x).filter(|(free, _)| !of_gone(free.target));
+        (model.free, model.x) = kept
+            .map(|(free, x)| {
+                let mut free = free.clone();
+                match &mut free.target {
+                    Target::Term { term, .. } | Target::Onset(term) => *term = earlier(*term),
+                    Target::Plant(_) | Target::State(_) => {}
+                }
+                (free, *x)
+            })
+            .unzip();
+        model
+    }
+
+    /// The same with one number held at where it is.
+    #[must_use]
+    pub fn held(&self, target: Target) -> Self {
+        let mut model = self.clone();
+        if let (Some(at), Some((point, _))) =
+            (self.free.iter().position(|free| free.target == target), self.loop_at(&self.x))
+        {
+            match target {
+                // The others stay free, so that only this one moves to where it is held.
+                Target::Plant(index) => {
+                    let mut numbers: Vec<f64> =
+                        plant_numbers(&self.nominal.plant).into_iter().map(|(_, value, _)| value).collect();
+                    let there = plant_numbers(&point.plant).get(index).map(|(_, value, _)| *value);
+                    if let (Some(slot), Some(value)) = (numbers.get_mut(index), there) {
+                        *slot = value;
+                    }
+                    model.nominal.plant = with_plant_numbers(&self.nominal.plant, &numbers);
+                }
+                Target::Term { .. } | Target::Onset(_) => model.nominal.physics = point.physics,
+                Target::State(_) => return model,
+            }
+            model.free.remove(at);
+            model.x.remove(at);
+        }
+        model
+    }
+
+    /// Number of free parameters without those of the starting state.
+    pub fn physical(&self) -> usize {
+        let numbers = self.free.iter().filter(|f| !matches!(f.target, Target::State(_))).count();
+        // Each edge of a span is a number that was found as well.
+        numbers + self.nominal.physics.iter().map(|term| 2 * term.spans.len()).sum::<usize>()
+    }
+
+    /// The loop and the start at x; `None` where a value is out of its range.
+    pub fn loop_at(&self, x: &[f64]) -> Option<(Loop, Start)> {
+        let mut model = self.nominal.clone();
+        let mut start = self.start.clone();
+        let mut plant: Vec<f64> =
+            plant_numbers(&model.plant).into_iter().map(|(_, value, _)| value).collect();
+        for (free, value) in self.free.iter().zip(x) {
+            if !free.range.allows(*value) {
+                return None;
+            }
+            match free.target {
+                Target::Plant(i) => *plant.get_mut(i)? = *value,
+                Target::Term { term, parameter } => {
+                    *model.physics.get_mut(term)?.parameters.get_mut(parameter)? = *value;
+                }
+                Target::Onset(term) => model.physics.get_mut(term)?.onset_s = *value,
+                Target::State(i) => *start.state.as_mut()?.get_mut(i)? = *value,
+            }
+        }
+        model.plant = with_plant_numbers(&model.plant, &plant);
+        Some((model, start))
+    }
+
+    /// y as predicted from the recorded u, at x; `None` where x is impossible or the prediction diverges.
+    pub fn predict(&self, x: &[f64], signals: &Signals) -> Option<Vec<f64>> {
+        self.predict_with(x, signals, SUBSTEPS)
+    }
+
+    /// The same with another number of sub-steps where terms act along the way.
+    pub fn predict_with(&self, x: &[f64], signals: &Signals, substeps: usize) -> Option<Vec<f64>> {
+        let (model, start) = self.loop_at(x)?;
+        let model = part_time::of(model, signals.origin_s);
+        let mut simulation = Simulation::with_substeps(&model, 0, substeps).ok()?;
+        simulation.start(&start).ok()?;
+        let mut now = vec![0.0; signals.inputs.len()];
+        let gains = observer::gains(&self.nominal.plant, signals.sample_time_s);
+        let mut predicted = Vec::with_capacity(signals.len());
+        for (n, (u, y)) in signals.u.iter().zip(&signals.y).enumerate() {
+            signals.inputs_at(n, &mut now);
+            let step = simulation.replay_step(*u, &now).y;
+            predicted.push(step);
+            if !gains.is_empty() && y.is_finite() {
+                let error = y - step;
+                for (state, gain) in simulation.state_mut().iter_mut().zip(&gains) {
+                    *state += gain * error;
+                }
+            }
+        }
+        // A diverging run stays diverged: the last sample tells.
+        predicted.last().is_some_and(|y| y.is_finite()).then_some(predicted)
+    }
+
+    /// Measured less predicted y; 0 where y is missing.
+    pub fn residual(&self, x: &[f64], signals: &Signals) -> Option<Vec<f64>> {
+        let mut residual = self.predict(x, signals)?;
+        for (value, y) in residual.iter_mut().zip(&signals.y) {
+            *value = if y.is_finite() { y - *value } else { 0.0 };
+        }
+        residual.iter().all(|e| e.is_finite()).then_some(residual)
+    }
+}
+
+/// States that nothing measured depends on at the start: the position behind a speed.
+fn starts_known(plant: &Plant, state: usize) -> bool {
+    matches!(plant, Plant::Servo(p) if p.output == Output::Speed && state == 0)
+}

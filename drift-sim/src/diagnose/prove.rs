@@ -1,0 +1,87 @@
+//! The proof: closed-loop simulations from r alone, against measured y and u.
+
+use crate::control_loop::Loop;
+use crate::controller::Controller;
+use crate::simulate::{Start, Trace, replay, simulate};
+
+use super::part_time;
+use super::signals::{Signals, deviation};
+
+/// How well a simulation fits, `100 (1 - |x - xhat|/|x - mean x|)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitPct {
+    /// Of y.
+    pub y_pct: f64,
+    /// Of u; none where the control law is not known.
+    pub u_pct: Option<f64>,
+}
+
+/// Contiguous blocks for the interval of an improvement.
+const BLOCKS: usize = 16;
+
+/// Runs a loop over the recording's reference from the recording's own start. With an unknown control law the recorded u
+/// drives the plant instead. `None` where it diverges.
+pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
+    let model = &part_time::of(model.clone(), signals.origin_s);
+    let start = Start::from_recording(model, &signals.r, &signals.y, &signals.u);
+    if model.controller == Controller::Recorded {
+        return replay(model, &signals.u, &signals.inputs, seed, Some(&start)).ok();
+    }
+    simulate(model, &signals.r, &signals.inputs, seed, Some(&start)).ok()
+}
+
+/// Fit of a run.
+pub fn fit_of(model: &Loop, trace: &Trace, signals: &Signals) -> FitPct {
+    let known = model.controller != Controller::Recorded;
+    FitPct { y_pct: percent(&signals.y, &trace.y), u_pct: known.then(|| percent(&signals.u, &trace.u)) }
+}
+
+fn percent(measured: &[f64], simulated: &[f64]) -> f64 {
+    let squared = |(a, b): (&f64, &f64)| if a.is_finite() { (a - b) * (a - b) } else { 0.0 };
+    let known = measured.iter().filter(|x| x.is_finite()).count().max(1) as f64;
+    let error: f64 = measured.iter().zip(simulated).map(squared).sum();
+    100.0 * (1.0 - libm::sqrt(error / known) / deviation(measured).max(1e-300))
+}
+
+/// 95 % interval of the gain in u's fit (y's where the law is unknown), from its scatter over contiguous blocks.
+pub fn improvement(before: &Trace, after: &Trace, model: &Loop, signals: &Signals) -> Option<[f64; 2]> {
+    let known = model.controller != Controller::Recorded;
+    let (measured, old, new) =
+        if known { (&signals.u, &before.u, &after.u) } else { (&signals.y, &before.y, &after.y) };
+    let length = (measured.len() / BLOCKS).max(1);
+    let parts: Vec<f64> = measured
+        .chunks(length)
+        .zip(old.chunks(length))
+        .zip(new.chunks(length))
+        .take(BLOCKS)
+        .map(|((m, a), b)| {
+            let rms = |x: &[f64]| {
+                let squared =
+                    m.iter().zip(x).map(|(m, x)| if m.is_finite() { (m - x) * (m - x) } else { 0.0 });
+                libm::sqrt(squared.sum::<f64>() / m.len() as f64)
+            };
+            100.0 * (rms(a) - rms(b)) / deviation(measured).max(1e-300)
+        })
+        .collect();
+    let n = parts.len() as f64;
+    if n < 3.0 {
+        return None;
+    }
+    let whole = if known {
+        percent(measured, new) - percent(measured, old)
+    } else {
+        percent(&signals.y, new) - percent(&signals.y, old)
+    };
+    let mean = parts.iter().sum::<f64>() / n;
+    let error = libm::sqrt(parts.iter().map(|p| (p - mean) * (p - mean)).sum::<f64>() / (n - 1.0) / n);
+    // Student's 97.5 % point for 15 degrees of freedom.
+    Some([whole - 2.13 * error, whole + 2.13 * error])
+}
+
+/// How much of u (of y, where the law is unknown) one simulation differs from another, of its own variation.
+pub fn difference(one: &Trace, other: &Trace, model: &Loop) -> f64 {
+    let (a, b) =
+        if model.controller == Controller::Recorded { (&one.y, &other.y) } else { (&one.u, &other.u) };
+    let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    libm::sqrt(squared / a.len().max(1) as f64) / deviation(a).max(1e-300)
+}

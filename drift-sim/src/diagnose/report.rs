@@ -1,0 +1,88 @@
+//! The diagnosis as JSON, `drift.diagnosis/1`.
+
+use serde_json::{Map, Value, json};
+
+use crate::control_loop::Loop;
+
+use super::prove::FitPct;
+use super::{Diagnosis, Fits, Named};
+
+/// The whole document; `model` is where the improved loop was written.
+pub fn json(diagnosis: &Diagnosis, nominal: &Loop, model: Option<&str>) -> Value {
+    let units = nominal.unit_names();
+    let onset = diagnosis.physics.first().map(|p| p.term.onset_s).filter(|t| *t > 0.0);
+    let physics: Vec<Value> = diagnosis.physics.iter().map(|named| named_json(named, &units)).collect();
+    let rows = |rows: &[super::Rejected]| -> Vec<Value> {
+        rows.iter().map(|r| json!({"kind": r.kind, "why": r.why})).collect()
+    };
+    let parameters: Vec<Value> = diagnosis
+        .parameters
+        .iter()
+        .map(|p| json!({"name": p.name, "nominal": p.nominal, "value": p.value, "ci95": interval(p.value, p.half_width)}))
+        .collect();
+    let mut holdout = fits(&diagnosis.holdout);
+    holdout.insert("u_improvement_ci95".into(), json!(diagnosis.improvement));
+    json!({
+        "schema": "drift.diagnosis/1",
+        "verdict": diagnosis.verdict.name(),
+        "place": diagnosis.place.map(|p| p.name()),
+        "onset_s": onset,
+        "physics": physics,
+        "parameters": parameters,
+        "rejected": rows(&diagnosis.rejected),
+        "untestable": rows(&diagnosis.untestable),
+        "controller": diagnosis.controller.as_ref().map(|c| json!({
+            "error_of_u": c.relative, "gain": c.gain, "shift_samples": c.shift })),
+        "fit": {
+            "train": fits(&diagnosis.train),
+            "holdout": holdout,
+            "noise_floor": diagnosis.noise_floor.map(pct),
+        },
+        "model": model,
+    })
+}
+
+fn named_json(named: &Named, units: &crate::physics::UnitNames) -> Value {
+    let kind = named.term.kind;
+    let parameters: Vec<Value> = kind
+        .parameters
+        .iter()
+        .zip(&named.term.parameters)
+        .zip(&named.half_widths)
+        .map(|((p, value), width)| {
+            json!({"name": p.name, "value": value, "unit": units.unit(p.unit), "ci95": interval(*value, *width)})
+        })
+        .collect();
+    json!({
+        "kind": kind.name,
+        "place": kind.place.name(),
+        "onset_s": named.term.onset_s,
+        "spans": spans_json(&named.term),
+        "parameters": parameters,
+        "indistinguishable_from": named.tied,
+        "evidence": {"holdout_gain_se": named.holdout_errors, "delta_bic_eff": 2.0 * named.train_gain},
+        "says": named.term.says(units),
+        "experiment": kind.experiment,
+    })
+}
+
+/// When a term acts that does so at times.
+fn spans_json(term: &crate::physics::Term) -> Vec<Value> {
+    term.spans.iter().map(|(from, to)| json!({"from_s": from, "to_s": to})).collect()
+}
+
+fn interval(value: f64, half_width: f64) -> Option<[f64; 2]> {
+    half_width.is_finite().then_some([value - half_width, value + half_width])
+}
+
+fn pct(fit: FitPct) -> Value {
+    json!({"y_pct": fit.y_pct, "u_pct": fit.u_pct})
+}
+
+fn fits(of: &Fits) -> Map<String, Value> {
+    let mut map = Map::new();
+    for (name, fit) in [("nominal", of.nominal), ("before", of.before), ("after", of.after)] {
+        map.insert(name.into(), fit.map_or(Value::Null, pct));
+    }
+    map
+}

@@ -1,0 +1,271 @@
+//! Where to start the fits: every kind of physics that can act on the plant is tried at many points, one simulation
+//! each, and judged by how much of the prediction error it could take away.
+//!
+//! What refitted nominal parameters could explain as well is projected out first, so that only what is new counts; the
+//! size of the term is optimised in closed form along the line from nothing to the trial.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::physics::{Begins, KINDS, Kind, Signature, Term};
+
+use super::fit::{Fit, coarse};
+use super::model::Model;
+use super::signals::Signals;
+use super::whiten::Whitener;
+
+/// Onsets tried across the recording.
+const ONSETS: usize = 24;
+/// Sizes tried around each starting value.
+const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
+
+/// A point from which a fit may start.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// The model with the term at that point.
+    pub model: Model,
+    /// The term.
+    pub term: Term,
+    /// Share of the squared prediction error that it could take away, by the straight line.
+    pub share: f64,
+}
+
+/// What a trial is judged on: the error of the refitted nominal model in one colour.
+struct Yardstick {
+    base: Fit,
+    error: DVector<f64>,
+    explained: DMatrix<f64>,
+    whiten: bool,
+}
+
+impl Yardstick {
+    fn new(nominal: &Fit, jacobian: &DMatrix<f64>, whiten: bool) -> Self {
+        let colour = |x: &[f64]| if whiten { nominal.whitener.apply(x) } else { x.to_vec() };
+        let columns: Vec<DVector<f64>> =
+            jacobian.column_iter().map(|c| DVector::from_vec(colour(c.as_slice()))).collect();
+        let explained = orthonormal(&columns, nominal.residual.len());
+        let error = project_out(&explained, DVector::from_vec(colour(&nominal.residual)));
+        Self { base: nominal.clone(), error, explained, whiten }
+    }
+
+    /// (best multiple of the trial's effect, share of the squared error that it takes away).
+    fn judge(&self, residual: &[f64]) -> (f64, f64) {
+        let nominal = &self.base;
+        let change: Vec<f64> = residual.iter().zip(&nominal.residual).map(|(a, b)| a - b).collect();
+        let change = if self.whiten { nominal.whitener.apply(&change) } else { change };
+        let change = project_out(&self.explained, DVector::from_vec(change));
+        let power = change.norm_squared();
+        if power <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let along = -self.error.dot(&change);
+        (along / power, along * along / (power * self.error.norm_squared().max(1e-300)))
+    }
+
+    /// Share that is gone at the trial itself, without scaling it.
+    fn at_itself(&self, residual: &[f64]) -> f64 {
+        let coloured = if self.whiten { self.base.whitener.apply(residual) } else { residual.to_vec() };
+        let left = project_out(&self.explained, DVector::from_vec(coloured));
+        1.0 - left.norm_squared() / self.error.norm_squared().max(1e-300)
+    }
+}
+
+impl Yardstick {
+    /// One simulation; what can't be simulated is worth nothing.
+    fn try_out(&self, term: &Term, signals: &Signals) -> Option<Trial> {
+        let with = |term: &Term| self.base.model.with_term(term, term.onset_s > 0.0, signals.duration_s());
+        let model = with(term);
+        let residual = model.residual(&model.x, signals)?;
+        let (scale, share) = self.judge(&residual);
+        let itself = self.at_itself(&residual);
+        // A gap's effect is in no proportion to its width.
+        let jumps = term.kind.parameters.iter().any(|p| coarse(p.name));
+        Some(match scaled(term, scale).filter(|_| share > itself && !jumps) {
+            Some(term) => Trial { model: with(&term), term, share },
+            None => Trial { model, term: term.clone(), share: itself },
+        })
+    }
+}
+
+/// An orthonormal basis of the columns, those that add nothing left out.
+fn orthonormal(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    for column in columns {
+        let size = column.norm();
+        let mut rest = column.clone();
+        for _ in 0..2 {
+            for b in &basis {
+                let along = b.dot(&rest);
+                rest.axpy(-along, b, 1.0);
+            }
+        }
+        if rest.norm() > 1e-7 * size && size > 0.0 {
+            let norm = rest.norm();
+            basis.push(rest / norm);
+        }
+    }
+    if basis.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&basis) }
+}
+
+fn project_out(basis: &DMatrix<f64>, mut x: DVector<f64>) -> DVector<f64> {
+    for b in basis.column_iter() {
+        let along = b.dot(&x);
+        x.axpy(-along, &b, 1.0);
+    }
+    x
+}
+
+/// The best starting points of every kind in `kinds` that applies, at most `most` each.
+pub fn screen(
+    stated: &Fit,
+    nominal: &Fit,
+    signals: &Signals,
+    signatures: &[Signature],
+    kinds: impl Fn(&Kind) -> bool + Sync,
+    most: usize,
+) -> Vec<Vec<Trial>> {
+    let plain = |fit: &Fit| fit.clone().with_whitener(Whitener::none());
+    let (refitted, stated) = (plain(nominal), plain(stated));
+    let Some(jacobian) = refitted.derivative(signals) else { return Vec::new() };
+    let Some(at_stated) = stated.derivative(signals) else { return Vec::new() };
+    let sticks = [
+        Yardstick::new(&refitted, &jacobian, false),
+        Yardstick::new(nominal, &jacobian, true),
+        Yardstick::new(&stated, &at_stated, false),
+    ];
+    KINDS
+        .par_iter()
+        .filter(|kind| (kind.applies)(&nominal.model.nominal.plant) && kinds(kind))
+        .map(|kind| screen_kind(kind, signals, signatures, &sticks, most))
+        .filter(|trials: &Vec<Trial>| !trials.is_empty())
+        .collect()
+}
+
+fn screen_kind(
+    kind: &'static Kind,
+    signals: &Signals,
+    signatures: &[Signature],
+    sticks: &[Yardstick; 3],
+    most: usize,
+) -> Vec<Trial> {
+    let terms = terms_of(kind, signatures, signals.duration_s());
+    let mut kept: Vec<Trial> = Vec::new();
+    for stick in sticks {
+        let mut tried: Vec<Trial> = terms.iter().filter_map(|term| stick.try_out(term, signals)).collect();
+        tried.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let jumps = kind.parameters.iter().any(|p| coarse(p.name));
+        for trial in tried.into_iter().take(if jumps { 4 * most } else { most }) {
+            let later = trial.term.onset_s > 0.0;
+            let trial = if later { refine_onset(trial, stick, signals) } else { trial };
+            if kept.iter().all(|other| other.model.x != trial.model.x) {
+                kept.push(trial);
+            }
+        }
+    }
+    kept
+}
+
+/// Golden section between the neighbours of the best onset of the grid: an onset is not for gradients.
+fn refine_onset(trial: Trial, stick: &Yardstick, signals: &Signals) -> Trial {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let spacing = signals.duration_s() / ONSETS as f64;
+    let (mut from, mut to) = ((trial.term.onset_s - spacing).max(0.0), trial.term.onset_s + spacing);
+    let mut best = trial.clone();
+    let mut share_at = |t: f64| {
+        let Some(found) = stick.try_out(&trial.term.clone().from_s(t), signals) else {
+            return f64::NEG_INFINITY;
+        };
+        let share = found.share;
+        if share > best.share {
+            best = found;
+        }
+        share
+    };
+    let (mut a, mut b) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
+    let (mut at_a, mut at_b) = (share_at(a), share_at(b));
+    while to - from > 2.0 * signals.sample_time_s && to - from > 1e-4 * signals.duration_s() {
+        if at_a > at_b {
+            (to, b, at_b) = (b, a, at_a);
+            a = to - GOLDEN * (to - from);
+            at_a = share_at(a);
+        } else {
+            (from, a, at_a) = (a, b, at_b);
+            b = from + GOLDEN * (to - from);
+            at_b = share_at(b);
+        }
+    }
+    best
+}
+
+/// Everything to try of a kind.
+fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> Vec<Term> {
+    let mut starts: Vec<Vec<f64>> = Vec::new();
+    for parameters in signatures.iter().flat_map(|s| (kind.starts)(s)) {
+        // What only differs in sign is found from either side by the closed-form size.
+        let flipped = |other: &Vec<f64>| {
+            other.len() == 1
+                && kind.begins != Begins::Start
+                && parameters.len() == 1
+                && other[0] == -parameters[0]
+        };
+        if !starts.iter().any(|other| *other == parameters || flipped(other)) {
+            starts.push(parameters);
+        }
+    }
+    let onsets: Vec<f64> = (1..ONSETS).map(|i| duration_s * i as f64 / ONSETS as f64).collect();
+    let mut terms = Vec::new();
+    for (start_index, parameters) in starts.iter().enumerate() {
+        let sizes: &[f64] = if kind.begins == Begins::Start && starts.len() < 12 { &FACTORS } else { &[1.0] };
+        for factor in sizes {
+            let term = Term {
+                kind,
+                parameters: resized(kind, parameters, *factor),
+                onset_s: 0.0,
+                spans: Vec::new(),
+            };
+            if term.check().is_err() {
+                continue;
+            }
+            if kind.begins != Begins::Later {
+                terms.push(term.clone());
+            }
+            // What is in proportion to its size needs no second size at each onset.
+            if kind.begins != Begins::Start && (start_index == 0 || kind.parameters.len() > 1) {
+                terms.extend(onsets.iter().map(|t| term.clone().from_s(*t)));
+            }
+        }
+    }
+    terms
+}
+
+/// Whether a parameter is a size that starts out unknown: not a frequency, a phase, an exponent or a ratio.
+fn is_size(unit: &str) -> bool {
+    unit == "s" || ["{u}", "{y}", "{drive}"].iter().any(|own| unit.contains(own))
+}
+
+fn resized(kind: &Kind, parameters: &[f64], factor: f64) -> Vec<f64> {
+    kind.parameters
+        .iter()
+        .zip(parameters)
+        .map(|(p, v)| if is_size(p.unit) { v * factor } else { *v })
+        .collect()
+}
+
+/// The term at another size, where its effect is about in proportion to that; ratios are scaled about one.
+fn scaled(term: &Term, scale: f64) -> Option<Term> {
+    if !(scale.is_finite() && scale.abs() > 0.02 && scale.abs() < 50.0) {
+        return None;
+    }
+    let mut term = term.clone();
+    let first = term.kind.parameters.first()?;
+    if first.name == "ratio" {
+        let ratio = term.parameters.first_mut()?;
+        *ratio = 1.0 + scale * (*ratio - 1.0);
+    } else {
+        term.parameters = resized(term.kind, &term.parameters, scale);
+        if !is_size(first.unit) {
+            *term.parameters.first_mut()? *= scale;
+        }
+    }
+    term.check().is_ok().then_some(term)
+}

@@ -1,0 +1,135 @@
+//! A recording as the diagnosis uses it: r, y, u and the loop's measured inputs, in the loop's sample time.
+
+use crate::control_loop::Loop;
+use crate::recording::Recording;
+use crate::{Error, Result};
+
+/// The fewest samples from which anything is concluded.
+pub const LEAST_SAMPLES: usize = 100;
+
+/// How far the loop file's sample time may be from the recording's: rounded time stamps and nominal rates.
+const CLOCK: f64 = 0.02;
+
+/// r, y, u and the measured inputs. y is NaN where it is missing; r, u and inputs hold their last value there.
+#[derive(Debug, Clone)]
+pub struct Signals {
+    /// Seconds per sample.
+    pub sample_time_s: f64,
+    /// Time of the first sample in the recording's own time.
+    pub start_s: f64,
+    /// Time between the sample that onsets count from and the first one here: not 0 in a part of a recording.
+    pub origin_s: f64,
+    /// Reference.
+    pub r: Vec<f64>,
+    /// Measured output.
+    pub y: Vec<f64>,
+    /// The controller's output as recorded.
+    pub u: Vec<f64>,
+    /// Measured inputs, in the loop's order.
+    pub inputs: Vec<Vec<f64>>,
+}
+
+impl Signals {
+    /// Takes what the loop needs from a recording.
+    ///
+    /// # Errors
+    /// Another sample time than the loop's (beyond 2 %), a column that is missing, too few samples, or a y or u that
+    /// never changes.
+    pub fn new(recording: &Recording, model: &Loop) -> Result<Self> {
+        let (ours, theirs) = (model.sample_time_s, recording.sample_time_s);
+        if (ours / theirs - 1.0).abs() > CLOCK {
+            return Err(Error::new(format!(
+                "the recording's sample time is {theirs} s, the loop file's {ours} s"
+            ))
+            .allowed("the same sample time in both")
+            .in_file(&recording.name));
+        }
+        let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(held));
+        let signals = Self {
+            sample_time_s: ours,
+            start_s: recording.start_s,
+            origin_s: 0.0,
+            r: held(&recording.r),
+            y: recording.y.clone(),
+            u: held(&recording.u),
+            inputs: inputs.collect::<Result<_>>().map_err(|e| e.in_file(&recording.name))?,
+        };
+        signals.check().map_err(|e| e.in_file(&recording.name))?;
+        Ok(signals)
+    }
+
+    fn check(&self) -> Result<()> {
+        let known = self.y.iter().filter(|y| y.is_finite()).count();
+        if known < LEAST_SAMPLES {
+            return Err(Error::new(format!("only {known} samples of y"))
+                .allowed(format!("at least {LEAST_SAMPLES} for a diagnosis")));
+        }
+        for (name, column) in [("y", &self.y), ("u", &self.u)] {
+            if deviation(column) == 0.0 {
+                return Err(Error::new(format!("{name} never changes"))
+                    .allowed("a recording in which the loop moves"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.y.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.y.is_empty()
+    }
+
+    /// Length in seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.len() as f64 * self.sample_time_s
+    }
+
+    /// The samples from `from` up to `to`, with the time that they have in the recording.
+    #[must_use]
+    pub fn part(&self, from: usize, to: usize) -> Self {
+        let cut = |column: &Vec<f64>| column.get(from..to.min(column.len())).unwrap_or(&[]).to_vec();
+        Self {
+            sample_time_s: self.sample_time_s,
+            start_s: self.start_s + from as f64 * self.sample_time_s,
+            origin_s: self.origin_s + from as f64 * self.sample_time_s,
+            r: cut(&self.r),
+            y: cut(&self.y),
+            u: cut(&self.u),
+            inputs: self.inputs.iter().map(cut).collect(),
+        }
+    }
+
+    /// Writes the inputs of sample `n` into `now`.
+    #[inline]
+    pub fn inputs_at(&self, n: usize, now: &mut [f64]) {
+        for (value, column) in now.iter_mut().zip(&self.inputs) {
+            *value = column.get(n).copied().unwrap_or(0.0);
+        }
+    }
+}
+
+/// The column with its last value wherever one is missing; the first one at the beginning.
+fn held(column: &[f64]) -> Vec<f64> {
+    let mut last = column.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);
+    column
+        .iter()
+        .map(|x| {
+            if x.is_finite() {
+                last = *x;
+            }
+            last
+        })
+        .collect()
+}
+
+/// Standard deviation of the finite values; 0 for none.
+pub fn deviation(column: &[f64]) -> f64 {
+    let known = || column.iter().copied().filter(|x| x.is_finite());
+    let n = known().count().max(1) as f64;
+    let mean = known().sum::<f64>() / n;
+    libm::sqrt(known().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n)
+}

@@ -1,0 +1,99 @@
+//! Peaks: frequencies over time and periods over position, for the terms that a gradient can't find.
+
+use realfft::RealFftPlanner;
+
+/// Frequencies (cycles per sample) and amplitudes of the strongest separate peaks, strongest first.
+pub fn peaks(signal: &[f64], most: usize) -> Vec<(f64, f64)> {
+    let n = signal.len();
+    if n < 16 {
+        return Vec::new();
+    }
+    let mean = signal.iter().sum::<f64>() / n as f64;
+    // Zero-padded for a finer grid; a Hann window against leakage of slow motion.
+    let length = (2 * n).next_power_of_two();
+    let mut padded: Vec<f64> = signal
+        .iter()
+        .enumerate()
+        .map(|(i, x)| {
+            let phase = std::f64::consts::TAU * i as f64 / n as f64;
+            (x - mean) * (0.5 - 0.5 * libm::cos(phase))
+        })
+        .collect();
+    padded.resize(length, 0.0);
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let mut spectrum = transform.make_output_vec();
+    if transform.process(&mut padded, &mut spectrum).is_err() {
+        return Vec::new();
+    }
+    let size: Vec<f64> = spectrum.iter().map(|c| c.norm() * 4.0 / n as f64).collect();
+    let mut found: Vec<(f64, f64)> = size
+        .windows(3)
+        .enumerate()
+        .filter(|(_, w)| w[1] > w[0] && w[1] >= w[2])
+        .map(|(i, w)| ((i + 1) as f64 / length as f64, w[1]))
+        .filter(|(f, _)| *f * n as f64 > 1.5)
+        .collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    for (f, a) in found {
+        if kept.iter().all(|(other, _)| (f - other).abs() * n as f64 > 2.0) {
+            kept.push((f, a));
+        }
+        if kept.len() == most {
+            break;
+        }
+    }
+    kept
+}
+
+/// Periods over position of a signal and their amplitudes, strongest first: the signal is averaged over a fine grid of
+/// positions first, so that time at rest does not count more than passing.
+pub fn periods(position: &[f64], signal: &[f64], most: usize) -> Vec<(f64, f64)> {
+    const CELLS: usize = 2048;
+    let lowest = position.iter().copied().fold(f64::INFINITY, f64::min);
+    let highest = position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let width = (highest - lowest) / CELLS as f64;
+    if !(width > 0.0 && width.is_finite()) {
+        return Vec::new();
+    }
+    let mut sums = vec![(0.0, 0u32); CELLS];
+    for (x, s) in position.iter().zip(signal) {
+        let cell = (((x - lowest) / width) as usize).min(CELLS - 1);
+        if let Some((sum, count)) = sums.get_mut(cell) {
+            *sum += s;
+            *count += 1;
+        }
+    }
+    let mut last = 0.0;
+    let means: Vec<f64> = sums
+        .iter()
+        .map(|(sum, count)| {
+            if *count > 0 {
+                last = sum / f64::from(*count);
+            }
+            last
+        })
+        .collect();
+    peaks(&means, most).into_iter().map(|(f, a)| (width / f, a)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sine_is_found_with_its_frequency_and_amplitude() {
+        let signal: Vec<f64> = (0..5000).map(|i| 3.0 * libm::sin(0.1234 * i as f64 + 1.0) + 7.0).collect();
+        let (f, a) = peaks(&signal, 1)[0];
+        assert!((f * std::f64::consts::TAU - 0.1234).abs() < 2e-4);
+        assert!((a - 3.0).abs() < 0.2, "{a}");
+    }
+
+    #[test]
+    fn a_pitch_is_found_although_the_motion_goes_back_and_forth() {
+        let position: Vec<f64> = (0..20_000).map(|i| 0.1 * libm::sin(0.003 * i as f64)).collect();
+        let force: Vec<f64> = position.iter().map(|x| libm::cos(std::f64::consts::TAU * x / 0.013)).collect();
+        let (pitch, _) = periods(&position, &force, 1)[0];
+        assert!((pitch / 0.013 - 1.0).abs() < 0.02, "{pitch}");
+    }
+}

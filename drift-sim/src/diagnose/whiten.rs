@@ -1,0 +1,143 @@
+//! The noise model: an autoregression of the residual. What is left after it is white, so that likelihoods and
+//! intervals hold although the residual itself is coloured.
+
+/// An autoregressive filter `w[n] = e[n] - sum a[i] e[n-1-i]`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Whitener {
+    coefficients: Vec<f64>,
+}
+
+impl Whitener {
+    /// Orders tried.
+    const LARGEST_ORDER: usize = 12;
+
+    /// No filter: the residual is taken as white.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// The order, coefficients included.
+    pub fn order(&self) -> usize {
+        self.coefficients.len()
+    }
+
+    /// Fitted by Levinson's recursion; the order has the least Bayesian information criterion.
+    pub fn of(residual: &[f64]) -> Self {
+        let n = residual.len();
+        let highest = Self::LARGEST_ORDER.min(n / 20);
+        let covariance: Vec<f64> = (0..=highest).map(|lag| autocovariance(residual, lag)).collect();
+        let Some(&power) = covariance.first() else { return Self::none() };
+        if power <= 0.0 {
+            return Self::none();
+        }
+        let (mut a, mut error): (Vec<f64>, f64) = (Vec::new(), power);
+        let score = |error: f64, order: usize| {
+            n as f64 * libm::log(error.max(1e-300)) + order as f64 * libm::log(n as f64)
+        };
+        let (mut best, mut least) = (Vec::new(), score(power, 0));
+        for order in 1..=highest {
+            let predicted: f64 = a.iter().zip(covariance.iter().take(order).rev()).map(|(a, c)| a * c).sum();
+            // a[i] pairs with lag order-1-i.
+            let reflection = (covariance.get(order).copied().unwrap_or(0.0) - predicted) / error;
+            if !reflection.is_finite() || reflection.abs() >= 1.0 {
+                break;
+            }
+            let reversed: Vec<f64> = a.iter().rev().copied().collect();
+            for (a, r) in a.iter_mut().zip(&reversed) {
+                *a -= reflection * r;
+            }
+            a.push(reflection);
+            error *= 1.0 - reflection * reflection;
+            if score(error, order) < least {
+                least = score(error, order);
+                best.clone_from(&a);
+            }
+        }
+        Self { coefficients: best }
+    }
+
+    /// The filtered residual, without the first samples that lack a past.
+    pub fn apply(&self, residual: &[f64]) -> Vec<f64> {
+        let p = self.coefficients.len();
+        if p == 0 {
+            return residual.to_vec();
+        }
+        residual
+            .windows(p + 1)
+            .map(|w| {
+                let (past, now) = w.split_at(p);
+                now.iter().sum::<f64>()
+                    - self.coefficients.iter().zip(past.iter().rev()).map(|(a, e)| a * e).sum::<f64>()
+            })
+            .collect()
+    }
+}
+
+/// Autocovariance about zero (a residual has no mean of its own to be excused), biased so that it is a valid one.
+pub fn autocovariance(x: &[f64], lag: usize) -> f64 {
+    let late = x.get(lag..).unwrap_or(&[]);
+    late.iter().zip(x).map(|(a, b)| a * b).sum::<f64>() / x.len().max(1) as f64
+}
+
+/// How many independent samples a series is worth: `N / (1 + 2 sum rho)`, summed while pairs of autocorrelations are
+/// positive (Geyer 1992).
+pub fn effective_samples(x: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let power = autocovariance(x, 0);
+    if power <= 0.0 {
+        return n;
+    }
+    let mut sum = 1.0;
+    let mut lag = 1;
+    while lag + 1 < x.len() / 4 {
+        let pair = (autocovariance(x, lag) + autocovariance(x, lag + 1)) / power;
+        if pair <= 0.0 {
+            break;
+        }
+        sum += 2.0 * pair;
+        lag += 2;
+        if lag > 2000 {
+            break;
+        }
+    }
+    (n / sum).clamp(1.0, n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn ar1(phi: f64, n: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut x = 0.0;
+        (0..n)
+            .map(|_| {
+                let e: f64 = StandardNormal.sample(&mut rng);
+                x = phi * x + e;
+                x
+            })
+            .collect()
+    }
+
+    /// On an AR(1) of known coefficient the filter finds it, and what is left is white.
+    #[test]
+    fn an_autoregression_is_found_and_undone() {
+        let x = ar1(0.8, 20_000);
+        let whitener = Whitener::of(&x);
+        let white = whitener.apply(&x);
+        assert!((whitener.coefficients[0] - 0.8).abs() < 0.03, "{whitener:?}");
+        assert!((autocovariance(&white, 1) / autocovariance(&white, 0)).abs() < 0.02);
+        assert!((autocovariance(&white, 0) - 1.0).abs() < 0.05);
+    }
+
+    /// Closed form for AR(1): N (1 - phi)/(1 + phi).
+    #[test]
+    fn effective_samples_of_an_autoregression() {
+        let n = effective_samples(&ar1(0.8, 50_000));
+        let exact = 50_000.0 * 0.2 / 1.8;
+        assert!((n / exact - 1.0).abs() < 0.2, "{n} {exact}");
+    }
+}

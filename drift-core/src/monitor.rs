@@ -5,6 +5,8 @@
 //! as after the first window. Within a block, strips of about the square root of its length are summed apart and
 //! then joined, so that a long block of small samples does not round more than a short one.
 
+use heapless::Vec;
+
 use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
 use crate::config::{Config, ConfigError};
 use crate::course::{COURSE_BYTES, Course, Decision, Verdict};
@@ -54,7 +56,7 @@ pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize
     look_at: u16,
     /// The open block at place `open`, and round the end the closed ones, the newest before it: the block that a
     /// closed one would push out is not needed once the next is open.
-    ring: [S::Block; B],
+    ring: Vec<S::Block, B, u8>,
     open: u8,
     /// Newest closed blocks in a row that had enough valid ticks, as far as 255.
     whole_run: u8,
@@ -104,7 +106,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         config.validate::<S>(B)?;
         Ok(Self {
             config,
-            ring: [S::EMPTY; B],
+            ring: Vec::from_array([S::EMPTY; B]),
             open: 0,
             whole_run: 0,
             strip: S::EMPTY,
@@ -197,7 +199,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
 
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&mut self) {
-        self.ring = [S::EMPTY; B];
+        self.ring = Vec::from_array([S::EMPTY; B]);
         self.whole_run = 0;
         self.start_block();
         self.look_at = 1;

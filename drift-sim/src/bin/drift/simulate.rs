@@ -1,6 +1,5 @@
 //! `drift simulate`: runs a loop and writes `t, r, y, u` (and the loop's measured inputs).
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,8 +11,8 @@ use drift_sim::recording::{ReadOptions, Recording};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Simulation, Start, diverged};
 use drift_sim::{Error, Result};
-use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
 /// Runs a loop; the reference comes from a recording, or is made: random levels as in the paper, or one level.
@@ -122,7 +121,7 @@ fn write(
     length: usize,
     mut row: impl FnMut(usize) -> Row,
 ) -> Result<ExitCode> {
-    let progress = progress(length as u64);
+    let progress = Progress::of_steps("simulating", length as u64);
     let mut failed = None;
     let written = write_with(&arguments.output, |out| {
         write!(out, "t,r,y,u")?;
@@ -147,12 +146,12 @@ fn write(
             }
             writeln!(out)?;
             if n % 65_536 == 0 {
-                progress.set_position(n as u64);
+                progress.at(n as u64);
             }
         }
         Ok(())
     });
-    progress.finish_and_clear();
+    drop(progress);
     failed.map_or(written, Err)?;
     Ok(ExitCode::SUCCESS)
 }
@@ -174,15 +173,6 @@ fn quoted(name: &str) -> String {
     } else {
         name.to_string()
     }
-}
-
-/// A bar on a terminal, nothing in a pipe; none for what is done in a blink.
-fn progress(length: u64) -> ProgressBar {
-    if length < 1_000_000 || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {percent} % of {len} samples, {eta} left");
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// What a recording gives to a simulation.

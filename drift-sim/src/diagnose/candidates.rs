@@ -8,6 +8,7 @@ use crate::physics::{Kind, Term};
 use super::fit::{Effort, Fit};
 use super::screen::Trial;
 use super::signals::Signals;
+use super::sticking_valve;
 use super::whiten::Whitener;
 
 /// A kind of physics, fitted together with the nominal parameters.
@@ -23,10 +24,6 @@ pub struct Candidate {
 const LOOKED_AT: usize = 14;
 /// Starting points of a kind that are followed beyond one step.
 const FOLLOWED: usize = 3;
-/// Points of the grid for stiction, and how many are followed.
-const BANDS: usize = 12;
-const JUMPS: usize = 6;
-const ON_THE_GRID: usize = 10;
 /// Candidates fitted to the end.
 const FINALISTS: usize = 5;
 /// Part of the leader's gain that a rival must have after its short search to be fitted to the end as well.
@@ -50,6 +47,7 @@ pub fn fit_all(trials: &[Vec<Trial>], stated: &Fit, base: &Fit, signals: &Signal
     let mut looked: Vec<Candidate> = ranked.par_iter().filter_map(|trials| look(trials, signals)).collect();
     sort(&mut looked);
     branch(&mut looked, stated, signals);
+    twin(&mut looked, signals);
     sort(&mut looked);
     let mut looked = looked.into_iter();
     let Some((plain, leader)) = looked.next().and_then(|leader| polish(leader, signals)) else {
@@ -76,13 +74,8 @@ fn sort(candidates: &mut [Candidate]) {
     candidates.sort_by(|a, b| b.fit.log_likelihood.total_cmp(&a.fit.log_likelihood));
 }
 
-/// A short search from the better starts.
+/// One step from each start, a short search from the best of them; the most likely end, with a noise model of its own.
 fn look(trials: &[Trial], signals: &Signals) -> Option<Candidate> {
-    follow(trials, FOLLOWED, Effort::LOOK, signals)
-}
-
-/// One step from each start, on from the best of them; the most likely end, with a noise model of its own.
-fn follow(trials: &[Trial], most: usize, effort: Effort, signals: &Signals) -> Option<Candidate> {
     let kind = trials.first()?.term.kind;
     let mut begun: Vec<Fit> = trials
         .par_iter()
@@ -92,38 +85,49 @@ fn follow(trials: &[Trial], most: usize, effort: Effort, signals: &Signals) -> O
         })
         .collect();
     begun.sort_by(|a, b| a.variance.total_cmp(&b.variance));
-    begun.truncate(most);
+    begun.truncate(FOLLOWED);
     begun
         .into_par_iter()
-        .map(|fit| Candidate { kind, fit: fit.search(signals, effort).renoised() })
+        .map(|fit| Candidate { kind, fit: fit.search(signals, Effort::LOOK).renoised() })
         .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
 }
 
-/// Stiction once more where backlash leads: both are hysteresis, and where the stem slips depends so sharply on band and
-/// jump that a gradient finds them only from nearby. A grid over both, beside the width that backlash found, from the
-/// stated plant: the refitted one has bent towards the hysteresis.
+/// Stiction once more where a hysteresis leads; see [`sticking_valve`].
 fn branch(looked: &mut Vec<Candidate>, stated: &Fit, signals: &Signals) {
-    let Some(leader) = looked.first().filter(|c| ["backlash", "stiction"].contains(&c.kind.name)) else {
-        return;
-    };
+    let Some(leader) = looked.first() else { return };
     let Some((point, _)) = leader.fit.model.loop_at(&leader.fit.model.x) else { return };
-    let Some(width) = point.physics.last().and_then(|term| term.parameters.first().copied()) else { return };
-    let sizes = (0..BANDS).flat_map(|band| (0..JUMPS).map(move |jump| (band as f64, jump as f64)));
-    let trials: Vec<Trial> = sizes
-        .filter_map(|(band, jump)| {
-            let band = (0.55 + 0.05 * band) * width;
-            let jump = (0.05 + 0.1 * jump) * band;
-            let term = Term::new("stiction", &[("stick_band", band), ("slip_jump", jump)]).ok()?;
-            let model = stated.model.with_term(&term, false, signals.duration_s());
-            Some(Trial { model, term, share: 0.0 })
-        })
-        .collect();
-    let Some(found) = follow(&trials, ON_THE_GRID, Effort::FULL, signals) else { return };
+    let width = match point.physics.last() {
+        Some(term) if term.kind.name == "backlash" => term.value("width"),
+        Some(term) => term.value("stick_band").map(|band| 2.0 * band),
+        None => None,
+    };
+    let Some(width) = width.filter(|width| *width > 0.0) else { return };
+    let Ok(kind) = Kind::named("stiction") else { return };
+    if let Some(fit) = sticking_valve::fit(stated, width, signals) {
+        keep_better(looked, Candidate { kind, fit: fit.renoised() });
+    }
+}
+
+/// The candidate in place of a less likely one of its kind.
+fn keep_better(looked: &mut Vec<Candidate>, found: Candidate) {
     match looked.iter_mut().find(|c| c.kind == found.kind) {
         Some(old) if old.fit.log_likelihood < found.fit.log_likelihood => *old = found,
         Some(_) => {}
         None => looked.push(found),
     }
+}
+
+/// A lag of the sensor is a lag of the loop, as far as r, y and u show: what one has found is a start for the other.
+fn twin(looked: &mut Vec<Candidate>, signals: &Signals) {
+    let Some(sensor) = looked.iter().find(|c| c.kind.name == "sensor_lag").cloned() else { return };
+    let Ok(kind) = Kind::named("unmodelled_lag") else { return };
+    let Some((point, _)) = sensor.fit.model.loop_at(&sensor.fit.model.x) else { return };
+    let Some(lag) = point.physics.last().and_then(|term| term.value("time_constant_s")) else { return };
+    let Ok(term) = Term::new(kind.name, &[("time_constant_s", lag)]) else { return };
+    let model = sensor.fit.model.without_term(point.physics.len().saturating_sub(1));
+    let model = model.with_term(&term, false, signals.duration_s());
+    let Some(found) = look(&[Trial { model, term, share: 0.0 }], signals) else { return };
+    keep_better(looked, found);
 }
 
 /// To the end: on the error as it is, and from there with the noise model.

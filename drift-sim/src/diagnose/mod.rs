@@ -30,6 +30,7 @@ pub mod select;
 pub mod sensor_effects;
 pub mod signals;
 pub mod spectrum;
+pub mod sticking_valve;
 pub mod whiten;
 
 use crate::control_loop::Loop;
@@ -227,7 +228,9 @@ impl Case<'_> {
         let mut named: Vec<(Scored, Vec<&'static str>)> = Vec::new();
         let mut rejected = Vec::new();
         let mut located = None;
-        while named.len() < MOST_TERMS && self.unexplained(&base) {
+        // What is left of y tells more than the closed loop, but once a term is named, also what no term explains is in it.
+        let begin = !is_white(&base.residual) || self.unexplained(&base);
+        while named.len() < MOST_TERMS && if named.is_empty() { begin } else { self.unexplained(&base) } {
             let from = if named.is_empty() { from.as_ref().unwrap_or(&stated).clone() } else { base.clone() };
             let left = self.missing_drive(&base);
             let scored;
@@ -383,12 +386,8 @@ impl Case<'_> {
         (before - with_dry > NEARLY_ALL * (before - with_rich)).then_some(dry)
     }
 
-    /// Whether something may still be found: what is left of y is not white, or the closed loop is further from what
-    /// was measured than noise would bring it.
+    /// Whether the closed loop is further from what was measured than noise would bring it.
     fn unexplained(&self, fit: &Fit) -> bool {
-        if !is_white(&fit.residual) {
-            return true;
-        }
         let run = || {
             let (model, _) = fit.model.loop_at(&fit.model.x)?;
             let [seen, unseen] = [self.train, self.holdout].map(|signals| {

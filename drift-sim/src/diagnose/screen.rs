@@ -154,6 +154,18 @@ pub fn screen(
         .collect()
 }
 
+/// Part of the squared prediction error beside `base` that each term leaves, its own numbers as they are; infinite where it
+/// can't be simulated. One simulation each.
+pub fn left_by(terms: &[Term], base: &Fit, signals: &Signals) -> Vec<f64> {
+    let Some(bench) = Bench::new(base, signals, false) else { return vec![f64::INFINITY; terms.len()] };
+    let left = |term: &Term| {
+        let model = bench.base.model.with_term(term, false, signals.duration_s());
+        let residual = model.residual(&model.x, signals)?;
+        Some(1.0 - bench.yardsticks.first()?.at_itself(&residual))
+    };
+    terms.par_iter().map(|term| left(term).unwrap_or(f64::INFINITY)).collect()
+}
+
 fn screen_kind(
     kind: &'static Kind,
     signals: &Signals,

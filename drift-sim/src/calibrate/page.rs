@@ -93,25 +93,14 @@ impl Calibration {
                 number(c.skewness),
             ]
         };
-        let head = [
-            "channel",
-            "b0",
-            "95 %",
-            "b1",
-            "95 %",
-            "R\u{b2}",
-            "RMSE",
-            "lag-1 correlation",
-            "worth independent windows",
-            "skewness",
-        ];
+        let head = ["channel", "b0", "95 %", "b1", "95 %", "R\u{b2}", "RMSE", "lag-1", "n_eff", "skewness"];
         let mut blocks = vec![Block::table(head, self.channels.iter().map(row).collect())];
         if !self.warnings.is_empty() {
             blocks.push(Block::Text("Warnings".into()));
             blocks.push(Block::List(self.warnings.clone()));
         }
         blocks.push(Block::Note(
-            "value = b0 + b1 x. The intervals allow for correlated windows and unequal scatter (Newey and West 1987).".into(),
+            "value = b0 + b1 x. The intervals allow for correlated windows and unequal scatter (Newey and West 1987). lag-1 is the correlation of neighbouring residuals, n_eff the independent windows that all are worth.".into(),
         ));
         Section::new("The healthy lines", blocks)
     }

@@ -312,17 +312,24 @@ impl Writing<'_> {
             Layer::signal(name, colour, train.start_s, train.sample_time_s, x)
         };
         let left = self.found.drive_left.as_ref();
-        let mut layers = Vec::new();
-        if let Layer::Line { points, name, colour, .. } = line("before", Colour::Vermilion, &missing.value) {
-            layers.push(Layer::dashed(name, colour, points));
+        let mut layers = vec![self.estimate(&missing.value, missing.deviation)];
+        layers.push(line("before", Colour::Grey, &missing.value));
+        if let Some(left) = left {
+            let explained: Vec<f64> = missing.value.iter().zip(&left.value).map(|(a, b)| a - b).collect();
+            layers.push(line("explained", Colour::Blue, &explained));
+            if let Layer::Line { points, name, colour, .. } =
+                line("left after", Colour::Vermilion, &left.value)
+            {
+                layers.push(Layer::dashed(name, colour, points));
+            }
         }
-        layers.extend(left.map(|left| line("left after", Colour::Blue, &left.value)));
         let time = Panel { x_label: "t / s".into(), y_label: label.clone(), layers, ..Panel::default() };
         let axis = if self.case.holdout.is_none() { TIME } else { "training time" };
         let over_time = Chart {
             figure: Figure::stacked("", vec![time]),
             caption: format!(
-                "What the recorded motion needed beyond what the refitted model applied; standard deviation of the estimate: {} {}.",
+                "What the recorded motion needed beyond what the refitted model applied, and what the found physics explains of it. \
+                 Standard deviation of the estimate: {} {}.",
                 number(missing.deviation),
                 self.units.drive
             ),
@@ -347,6 +354,23 @@ impl Writing<'_> {
         let figure = Figure { panel_height_px: 300, ..Figure::grid("", 2, panels) };
         let against = Chart { figure, caption, axis: None };
         Some(Section::new("The missing drive", vec![Block::Chart(over_time), Block::Chart(against)]))
+    }
+
+    /// Where the missing drive lies, with 95 % confidence.
+    fn estimate(&self, value: &[f64], deviation: f64) -> Layer {
+        let train = self.case.train;
+        let edge = |side: f64| -> Vec<(f64, f64)> {
+            let at = |(i, x): (usize, &f64)| {
+                (train.start_s + i as f64 * train.sample_time_s, x + side * NORMAL_95 * deviation)
+            };
+            value.iter().enumerate().map(at).collect()
+        };
+        Layer::Band {
+            lower: edge(-1.0),
+            upper: edge(1.0),
+            name: "95 % of the estimate".into(),
+            colour: Colour::Sky,
+        }
     }
 
     fn parameters(&self) -> Section {

@@ -91,7 +91,7 @@ fn panel(of: &Panel, most: usize, grids: &mut Vec<Grid>, thinned: &mut Option<(u
                 LayerData::Line { grid: place(grid(x), grids), y: rounded(&y), name, colour, dashed: *dashed }
             }
             Layer::Band { lower, upper, name, colour } => {
-                let ((x, low), (_, high)) = (split(lower), split(upper));
+                let ((x, low), (_, high)) = (split(&shorter(lower)), split(&shorter(upper)));
                 let (name, colour) = (name.clone(), colour.name());
                 LayerData::Band {
                     grid: place(grid(x), grids),
@@ -144,11 +144,12 @@ fn panel(of: &Panel, most: usize, grids: &mut Vec<Grid>, thinned: &mut Option<(u
     }
 }
 
-/// Points of each line, which are what thinning shortens.
+/// Points of each line and each edge of a band, which are what thinning shortens.
 pub(super) fn line_lengths(figure: &Figure) -> impl Iterator<Item = usize> {
-    figure.panels.iter().flat_map(|p| &p.layers).filter_map(|layer| match layer {
-        Layer::Line { points, .. } => Some(points.len()),
-        _ => None,
+    figure.panels.iter().flat_map(|p| &p.layers).flat_map(|layer| match layer {
+        Layer::Line { points, .. } => [points.len(), 0],
+        Layer::Band { lower, upper, .. } => [lower.len(), upper.len()],
+        _ => [0, 0],
     })
 }
 

@@ -182,16 +182,15 @@
   };
 
   // What is in view decides the range of y; limits count wherever they lie.
-  const yRange = (panel) => (u, low, high) => {
+  const yRange = (panel, view) => (u, low, high) => {
     if (panel.y_range) return panel.y_range;
-    const range = [low ?? Infinity, high ?? -Infinity];
-    const { min, max } = u.scales.x;
+    const range = [low ?? Infinity, high ?? -Infinity], [min, max] = view.x;
     for (const layer of panel.layers) {
       if (layer.type === "horizontal") widen(range, layer.y);
       if (layer.type === "bars") widen(range, 0);
       if (layer.type === "points" || layer.type === "bars") {
         for (let i = 0; i < layer.x.length; i++) {
-          if (min == null || (layer.x[i] >= min && layer.x[i] <= max)) widen(range, layer.y[i]);
+          if (layer.x[i] >= min && layer.x[i] <= max) widen(range, layer.y[i]);
         }
       }
     }
@@ -289,14 +288,15 @@
       series[index] = { label: layer.name, stroke: () => colour(layer.colour), width: layer.colour === "grey" ? 3 : 1.5,
         dash: layer.dashed ? DASH : undefined, points: { show: false } };
     }
-    const x = panel.x_label.split(" / ");
+    const x = panel.x_label.split(" / "), view = { x: group.whole };
     const u = new uPlot({
       width: width(place), height,
       padding: [6, 14, 0, 0],
       legend: { show: false },
       scales: {
-        x: { time: false, distr: panel.x_log ? 3 : 1, range: () => group.whole },
-        y: { distr: panel.y_log ? 3 : 1, range: yRange(panel) },
+        // uPlot ranges x before y, and tells y nothing of x.
+        x: { time: false, distr: panel.x_log ? 3 : 1, range: (u, low, high) => (view.x = [low, high]) },
+        y: { distr: panel.y_log ? 3 : 1, range: yRange(panel, view) },
       },
       series,
       bands: bands.map((b) => ({ series: [b.upper, b.lower], fill: () => shade(b.layer.colour, 30) })),
@@ -319,6 +319,7 @@
         setCursor: [(u) => { legend(u); if (u.cursor.left >= 0) tell(`${x[0]} = ${shown(u.posToVal(u.cursor.left, "x"))} ${x[1] ?? ""}`); }],
       },
     }, data, canvas);
+    u.setScale("x", { min: group.whole[0], max: group.whole[1] });
     u.over.addEventListener("wheel", (event) => {
       if (!event.ctrlKey) return;
       event.preventDefault();

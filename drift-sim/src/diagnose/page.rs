@@ -323,7 +323,9 @@ impl Writing<'_> {
                 layers.push(Layer::dashed(name, colour, points));
             }
         }
-        let time = Panel { x_label: "t / s".into(), y_label: label.clone(), layers, ..Panel::default() };
+        let y_range = usual(&missing.value);
+        let time =
+            Panel { x_label: "t / s".into(), y_label: label.clone(), layers, y_range, ..Panel::default() };
         let axis = if self.case.holdout.is_none() { TIME } else { "training time" };
         let over_time = Chart {
             figure: Figure::stacked("", vec![time]),
@@ -338,7 +340,8 @@ impl Writing<'_> {
         let (position, speed) = features::motion(self.case.nominal, train);
         let servo = matches!(self.case.nominal.plant, crate::plant::Plant::Servo(_));
         let (x, v) = if servo { ("position", "speed") } else { ("level of y", "rate of y") };
-        let cloud = Cloud { missing: &missing.value, left: left.map(|l| l.value.as_slice()), label: &label };
+        let left = left.map(|l| l.value.as_slice());
+        let cloud = Cloud { missing: &missing.value, left, label: &label, y_range };
         let panels = vec![
             cloud.against(&speed, with_unit(v, &self.units.speed)),
             cloud.against(&position, with_unit(x, &self.units.position)),
@@ -350,6 +353,9 @@ impl Writing<'_> {
         let every = (missing.value.len() / POINTS).max(1);
         if every > 1 {
             caption += &format!(" One sample in {every} is drawn.");
+        }
+        if y_range.is_some() {
+            caption += " A few values lie outside the frames: at its start the estimate has yet to settle.";
         }
         let figure = Figure { panel_height_px: 300, ..Figure::grid("", 2, panels) };
         let against = Chart { figure, caption, axis: None };
@@ -440,6 +446,7 @@ struct Cloud<'a> {
     missing: &'a [f64],
     left: Option<&'a [f64]>,
     label: &'a str,
+    y_range: Option<(f64, f64)>,
 }
 
 impl Cloud<'_> {
@@ -463,8 +470,20 @@ impl Cloud<'_> {
         } else {
             layers.push(Layer::points("missing", Colour::Grey, Marker::Dot, cloud));
         }
-        Panel { x_label, y_label: self.label.to_owned(), layers, ..Panel::default() }
+        let y_range = self.y_range;
+        Panel { x_label, y_label: self.label.to_owned(), layers, y_range, ..Panel::default() }
     }
+}
+
+/// The range to show where a few values would hide the others: all but one in two hundred, and half as much again on both sides.
+fn usual(values: &[f64]) -> Option<(f64, f64)> {
+    let mut known: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    known.sort_by(f64::total_cmp);
+    let few = known.len() / 400;
+    let (least, low) = (*known.first()?, *known.get(few)?);
+    let (greatest, high) = (*known.last()?, *known.get(known.len() - 1 - few)?);
+    let span = high - low;
+    (span > 0.0 && greatest - least > 4.0 * span).then_some((low - 0.5 * span, high + 0.5 * span))
 }
 
 /// Samples of about one x.

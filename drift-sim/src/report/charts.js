@@ -28,7 +28,8 @@
   const ticks = (splits) => {
     const step = splits.length > 1 ? Math.abs(splits[1] - splits[0]) : 1;
     const largest = Math.max(...splits.map(Math.abs));
-    const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    let decimals = 0;
+    while (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6 * step * 10 ** decimals) decimals++;
     const text = (value) => {
       if (Math.abs(value) < 1e-9 * step) return "0";
       if (largest < 1e6 && decimals <= 5) return value.toFixed(decimals);

@@ -100,7 +100,8 @@ impl Calibration {
             blocks.push(Block::List(self.warnings.clone()));
         }
         blocks.push(Block::Note(
-            "value = b0 + b1 x. The intervals allow for correlated windows and unequal scatter (Newey and West 1987). lag-1 is the correlation of neighbouring residuals, n_eff the independent windows that all are worth.".into(),
+            "value = b0 + b1 x. The intervals allow for correlated windows and unequal scatter (Newey and West 1987). lag-1 is \
+             the correlation of neighbouring residuals, n_eff the independent windows that all are worth.".into(),
         ));
         Section::new("The healthy lines", blocks)
     }

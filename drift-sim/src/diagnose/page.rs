@@ -4,22 +4,15 @@ use std::path::Path;
 
 use crate::control_loop::Loop;
 use crate::physics::{self, Place, UnitNames};
-use crate::plot::{Colour, Figure, Layer, Marker, Panel};
+use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
 use crate::report::{Block, Chart, Page, Section, interval, number};
 use crate::simulate::Trace;
 
-use super::signals::{Signals, deviation};
+use super::drive_charts::{Cloud, estimate, usual};
+use super::signals::Signals;
 use super::{Diagnosis, Fits, HELD_OUT, Named, Rejected, Verdict, features, prove};
 
-/// Bins of a curve against speed or position.
-const BINS: usize = 40;
-/// Samples of a bin from which its scatter means something.
-const LEAST_IN_BIN: usize = 5;
-/// Points shown of a cloud.
-const POINTS: usize = 4000;
-/// Half width, in standard deviations, of a band that holds 95 % of what is normally distributed.
-const NORMAL_95: f64 = 1.96;
 /// The axis that charts over the shown recording share.
 const TIME: &str = "time";
 
@@ -312,7 +305,7 @@ impl Writing<'_> {
             Layer::signal(name, colour, train.start_s, train.sample_time_s, x)
         };
         let left = self.found.drive_left.as_ref();
-        let mut layers = vec![self.estimate(&missing.value, missing.deviation)];
+        let mut layers = vec![estimate(train, missing)];
         layers.push(line("before", Colour::Grey, &missing.value));
         if let Some(left) = left {
             let explained: Vec<f64> = missing.value.iter().zip(&left.value).map(|(a, b)| a - b).collect();
@@ -350,7 +343,7 @@ impl Writing<'_> {
         let mut caption = "Grey: the missing drive, sample by sample. Blue: the mean of what the found physics explains of it, \
                            with the band that holds 95 % of the samples around it."
             .to_owned();
-        let every = (missing.value.len() / POINTS).max(1);
+        let every = cloud.every();
         if every > 1 {
             caption += &format!(" One sample in {every} is drawn.");
         }
@@ -360,23 +353,6 @@ impl Writing<'_> {
         let figure = Figure { panel_height_px: 300, ..Figure::grid("", 2, panels) };
         let against = Chart { figure, caption, axis: None };
         Some(Section::new("The missing drive", vec![Block::Chart(over_time), Block::Chart(against)]))
-    }
-
-    /// Where the missing drive lies, with 95 % confidence.
-    fn estimate(&self, value: &[f64], deviation: f64) -> Layer {
-        let train = self.case.train;
-        let edge = |side: f64| -> Vec<(f64, f64)> {
-            let at = |(i, x): (usize, &f64)| {
-                (train.start_s + i as f64 * train.sample_time_s, x + side * NORMAL_95 * deviation)
-            };
-            value.iter().enumerate().map(at).collect()
-        };
-        Layer::Band {
-            lower: edge(-1.0),
-            upper: edge(1.0),
-            name: "95 % of the estimate".into(),
-            colour: Colour::Sky,
-        }
     }
 
     fn parameters(&self) -> Section {
@@ -441,89 +417,6 @@ impl Writing<'_> {
     }
 }
 
-/// The missing drive and what is left of it.
-struct Cloud<'a> {
-    missing: &'a [f64],
-    left: Option<&'a [f64]>,
-    label: &'a str,
-    y_range: Option<(f64, f64)>,
-}
-
-impl Cloud<'_> {
-    fn against(&self, x: &[f64], x_label: String) -> Panel {
-        let step = (self.missing.len() / POINTS).max(1);
-        let cloud = x.iter().zip(self.missing).step_by(step).map(|(x, d)| (*x, *d)).collect();
-        let mut layers = Vec::new();
-        if let Some(left) = self.left {
-            let bins = binned(x, self.missing, left);
-            let edge =
-                |side: f64| bins.iter().map(|b| (b.x, b.explained + side * NORMAL_95 * b.scatter)).collect();
-            layers.push(Layer::Band {
-                lower: edge(-1.0),
-                upper: edge(1.0),
-                name: "95 % of samples".into(),
-                colour: Colour::Sky,
-            });
-            layers.push(Layer::points("missing", Colour::Grey, Marker::Dot, cloud));
-            let curve = bins.iter().map(|b| (b.x, b.explained)).collect();
-            layers.push(Layer::line("explained", Colour::Blue, curve));
-        } else {
-            layers.push(Layer::points("missing", Colour::Grey, Marker::Dot, cloud));
-        }
-        let y_range = self.y_range;
-        Panel { x_label, y_label: self.label.to_owned(), layers, y_range, ..Panel::default() }
-    }
-}
-
-/// The range to show where a few values would hide the others: all but one in two hundred, and half as much again on both sides.
-fn usual(values: &[f64]) -> Option<(f64, f64)> {
-    let mut known: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-    known.sort_by(f64::total_cmp);
-    let few = known.len() / 400;
-    let (least, low) = (*known.first()?, *known.get(few)?);
-    let (greatest, high) = (*known.last()?, *known.get(known.len() - 1 - few)?);
-    let span = high - low;
-    (span > 0.0 && greatest - least > 4.0 * span).then_some((low - 0.5 * span, high + 0.5 * span))
-}
-
-/// Samples of about one x.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Bin {
-    /// Their mean x.
-    x: f64,
-    /// Mean of what is explained: missing minus left.
-    explained: f64,
-    /// Standard deviation of the missing drive about it.
-    scatter: f64,
-}
-
-/// Bins of equal width over x; those with few samples are left out.
-fn binned(x: &[f64], missing: &[f64], left: &[f64]) -> Vec<Bin> {
-    let known = || x.iter().copied().filter(|x| x.is_finite());
-    let (low, high) = known().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
-    if deviation(x) == 0.0 || high <= low {
-        return Vec::new();
-    }
-    let mut bins: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new(); BINS];
-    for ((x, missing), left) in x.iter().zip(missing).zip(left) {
-        let at = ((x - low) / (high - low) * BINS as f64) as usize;
-        if let Some(bin) = bins.get_mut(at.min(BINS - 1))
-            && [x, missing, left].into_iter().all(|v| v.is_finite())
-        {
-            bin.push((*x, *missing, missing - left));
-        }
-    }
-    let whole = bins.into_iter().filter(|bin| bin.len() >= LEAST_IN_BIN);
-    whole
-        .map(|bin| {
-            let n = bin.len() as f64;
-            let explained = bin.iter().map(|s| s.2).sum::<f64>() / n;
-            let squared: f64 = bin.iter().map(|s| (s.1 - explained) * (s.1 - explained)).sum();
-            Bin { x: bin.iter().map(|s| s.0).sum::<f64>() / n, explained, scatter: libm::sqrt(squared / n) }
-        })
-        .collect()
-}
-
 fn evidence_row(named: &Named) -> Vec<String> {
     let onset = named.term.onset_s;
     vec![
@@ -547,25 +440,5 @@ fn around(value: f64, half_width: f64, unknown: &str) -> String {
         interval([value - half_width, value + half_width])
     } else {
         unknown.to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A missing drive of 2x with scatter +-0.1, all of the slope explained.
-    #[test]
-    fn bins_hold_the_explained_mean_and_the_scatter_about_it() {
-        let x: Vec<f64> = (0..1000).map(|i| f64::from(i) / 100.0).collect();
-        let left: Vec<f64> = (0..1000).map(|i| if i % 2 == 0 { 0.1 } else { -0.1 }).collect();
-        let missing: Vec<f64> = x.iter().zip(&left).map(|(x, l)| 2.0 * x + l).collect();
-        let bins = binned(&x, &missing, &left);
-        assert_eq!(bins.len(), BINS);
-        for bin in bins {
-            assert!((bin.explained - 2.0 * bin.x).abs() < 1e-9, "{bin:?}");
-            // Within a bin the slope adds its own 2 * 0.25 / sqrt(12).
-            assert!((bin.scatter - libm::hypot(0.1, 0.5 / libm::sqrt(12.0))).abs() < 0.02, "{bin:?}");
-        }
     }
 }

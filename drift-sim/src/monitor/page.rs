@@ -395,7 +395,7 @@ fn channel_row(channel: &ChannelSummary) -> Vec<String> {
 /// What the run was judged by.
 fn thresholds(baseline: &BaselineFile) -> Section {
     let learned = baseline.channels.iter().map(|entry| &entry.channel).filter(|c| c.baseline.sigma > 0.0);
-    let rows = learned.map(|c| threshold_row(c)).collect();
+    let rows = learned.map(threshold_row).collect();
     let head = ["channel", "b0", "b1", "sigma", "windows' worth", "x seen", "Shewhart", "CUSUM", "SPRT"];
     let mut blocks = vec![Block::table(head, rows)];
     if let Some(promise) = &baseline.promise {

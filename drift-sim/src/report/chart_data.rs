@@ -242,6 +242,7 @@ fn digits(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::Colour;
 
     fn line(n: usize, value: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         (0..n).map(|i| (i as f64 * 0.01, value(i))).collect()

@@ -171,7 +171,8 @@ impl Writer {
             String::new()
         } else {
             format!(
-                "<script type=\"application/json\" id=\"figures\">[{figures}]</script>\n<script>{UPLOT}</script>\n<script>\n{CHARTS}</script>\n"
+                "<script type=\"application/json\" id=\"figures\">[{figures}]</script>\n<script>{UPLOT}</script>\n\
+                 <script>\n{CHARTS}</script>\n"
             )
         };
         let version = env!("CARGO_PKG_VERSION");

@@ -18,6 +18,7 @@ pub mod plant;
 pub mod plot;
 pub mod recording;
 pub mod reference;
+pub mod report;
 pub mod simulate;
 
 pub use error::{Error, Result};

@@ -148,6 +148,34 @@ fn files_are_written_whole_or_not_at_all() {
 }
 
 #[test]
+fn a_report_holds_the_command_line_and_the_drift() {
+    let folder = folder();
+    let arguments = ["drift.csv", "--baseline", "baseline.toml", "--report", "the report.html"];
+    let out = drift(folder.path(), &arguments);
+    assert_eq!(out.status.code(), Some(0), "{}", message(&out));
+    let page = fs::read_to_string(folder.path().join("the report.html")).unwrap();
+    assert!(
+        page.contains("drift monitor drift.csv --baseline baseline.toml --report &#39;the report.html&#39;")
+    );
+    assert!(page.contains("DRIFT since about 200 s, effort high."));
+    let two =
+        drift(folder.path(), &["drift.csv", "--baseline", "baseline.toml", "--json", "-", "--report", "-"]);
+    assert_eq!(message(&two), "error: two of --json, --plot and --report are '-'; one at most\n");
+}
+
+#[test]
+fn every_help_of_a_report_has_an_example() {
+    for command in ["monitor", "diagnose", "calibrate"] {
+        let out = Command::new(env!("CARGO_BIN_EXE_drift")).args([command, "--help"]).output().unwrap();
+        let text = String::from_utf8(out.stdout).unwrap();
+        assert!(
+            text.contains("--report <OUT.html>") && text.contains(&format!("Example: drift {command} ")),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn what_is_refused_is_one_line() {
     let folder = folder();
     let slow = "t,r,y,u\n".to_owned() + &(0..9).map(|i| format!("{i},1,1,1\n")).collect::<String>();

@@ -120,7 +120,7 @@ fn the_number_of_threads_changes_nothing() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let paper = pool.install(|| Paper::reproduce(&small(), &|| ()).unwrap());
-        (paper.to_json(), paper.to_markdown())
+        (paper.to_json(), paper.page(String::new()).to_html().unwrap())
     };
     assert_eq!(on(1), on(2));
 }
@@ -137,7 +137,7 @@ fn everything_is_written_with_the_keys_that_stay() {
     };
     let paper = Paper::reproduce(&small(), &count).unwrap();
     assert_eq!(steps.into_inner(), small().steps());
-    paper.write(&out).unwrap();
+    paper.write(&out, "drift paper".into()).unwrap();
     let json: Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("paper.json")).unwrap()).unwrap();
     let has = |value: &Value, keys: &[&str]| {
@@ -159,7 +159,7 @@ fn everything_is_written_with_the_keys_that_stay() {
         let keys = ["mu_max", "sigma_growth", "shewhart_outside_pct", "cusum_s", "sprt_s"];
         has(case, &[&keys[..], &["b0_fault", "b1_fault", "published"]].concat());
     }
-    let page = std::fs::read_to_string(out.join("paper.md")).unwrap();
+    let page = std::fs::read_to_string(out.join("paper.html")).unwrap();
     let figures: Vec<_> = paper.figure_files().collect();
     assert_eq!(figures.len(), 12);
     for figure in figures {
@@ -168,8 +168,9 @@ fn everything_is_written_with_the_keys_that_stay() {
             svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"),
             "{figure}"
         );
-        assert!(page.contains(&format!("({figure})")), "{figure}");
     }
+    assert_eq!(page.matches("<figure class=\"picture\"><svg").count(), 12);
+    assert!(page.contains("<code>drift paper</code>"));
 }
 
 /// Too few runs are refused with what is allowed.

@@ -28,6 +28,7 @@
 pub mod autocorrelation;
 mod caution;
 mod marginal;
+mod page;
 mod process;
 mod promise;
 pub mod regression;

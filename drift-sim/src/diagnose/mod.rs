@@ -10,6 +10,7 @@ pub mod candidates;
 pub mod constant_load;
 pub mod controller_fault;
 pub mod controller_replay;
+mod drive_charts;
 pub mod features;
 pub mod fit;
 pub mod holdout;

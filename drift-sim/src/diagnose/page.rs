@@ -1,351 +1,444 @@
-//! The diagnosis as a page for people: one HTML file that needs nothing else, charts within.
+//! The diagnosis as a report for people.
+
+use std::path::Path;
 
 use crate::control_loop::Loop;
-use crate::physics::Place;
-use crate::plot::{Colour, Figure, Layer, Marker, Panel};
+use crate::physics::{self, Place, UnitNames};
+use crate::plot::{Colour, Figure, Layer, Panel};
+use crate::recording::ColumnMap;
+use crate::report::{Block, Chart, Page, Section, interval, number};
 use crate::simulate::Trace;
-use crate::{Result, physics};
 
-use super::signals::{Signals, deviation};
-use super::{Diagnosis, Verdict, features, prove};
+use super::drive_charts::{Cloud, estimate, usual};
+use super::signals::Signals;
+use super::{Diagnosis, Fits, HELD_OUT, Named, Rejected, Verdict, features, prove};
 
-/// Bins of a curve against speed or position.
-const BINS: usize = 40;
-/// Points shown of a cloud.
-const POINTS: usize = 4000;
+/// The axis that charts over the shown recording share.
+const TIME: &str = "time";
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#111;background:#fff}\
-h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.2rem}table{border-collapse:collapse;width:100%}\
-th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid #ddd;vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}\
-.verdict{font-size:1.15rem;border-left:4px solid #0072b2;padding:.4rem 1rem}svg{max-width:100%;height:auto}details{margin:.6rem 0}p.note{color:#555}";
-
-/// The whole page. `train` is what the numbers come from, `shown` the recording whose runs are drawn (the hold-out where
-/// there is one).
-///
-/// # Errors
-/// A chart can't be drawn.
-pub fn html(
-    found: &Diagnosis,
-    nominal: &Loop,
-    train: &Signals,
-    shown: &Signals,
-    name: &str,
-) -> Result<String> {
-    let mut body = format!("<h1>Diagnosis of {}</h1>", escaped(name));
-    body += &format!("<p class=\"verdict\">{}</p>", escaped(&sentence(found, nominal)));
-    body += &physics_table(found, nominal);
-    body += &fits(found);
-    body += &runs(found, nominal, shown)?;
-    body += &drive(found, nominal, train)?;
-    body += &parameters(found);
-    body += &rivals(found);
-    body += &untold(found);
-    Ok(format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>Diagnosis of {}</title><style>{STYLE}</style></head><body>{body}</body></html>\n",
-        escaped(name)
-    ))
+/// What was diagnosed, and what the page calls it.
+#[derive(Debug, Clone, Copy)]
+pub struct Case<'a> {
+    /// The loop as it was diagnosed.
+    pub nominal: &'a Loop,
+    /// The recording that the numbers come from.
+    pub train: &'a Signals,
+    /// The second recording, where there is one.
+    pub holdout: Option<&'a Signals>,
+    /// The recording's file.
+    pub recording: &'a Path,
+    /// The loop's file.
+    pub loop_file: &'a Path,
+    /// The second recording's file.
+    pub holdout_file: Option<&'a Path>,
+    /// What the recordings call their signals.
+    pub columns: &'a ColumnMap,
 }
 
-/// Text as it may stand between tags and in attributes.
-fn escaped(text: &str) -> String {
-    text.chars().fold(String::with_capacity(text.len()), |mut out, c| {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            c => out.push(c),
-        }
-        out
-    })
-}
-
-/// The verdict in a sentence or two.
-fn sentence(found: &Diagnosis, nominal: &Loop) -> String {
-    let units = nominal.unit_names();
-    let gain = match (found.holdout.before, found.holdout.after) {
-        (Some(a), Some(b)) => match (a.u_pct, b.u_pct) {
-            (Some(a), Some(b)) => format!(" On unseen data the fit of u goes from {a:.1} % to {b:.1} %."),
-            _ => format!(" On unseen data the fit of y goes from {:.1} % to {:.1} %.", a.y_pct, b.y_pct),
-        },
-        _ => String::new(),
-    };
-    match found.verdict {
-        Verdict::NoMismatch => {
-            "The model explains the recording; nothing is missing that it could show.".into()
-        }
-        Verdict::Parameters => {
-            format!("The model is right, its numbers are not: refitted, it explains the recording.{gain}")
-        }
-        Verdict::Located => format!(
-            "Something is missing at the {}, but this recording can't tell what.",
-            found.place.map_or("loop", Place::name)
-        ),
-        Verdict::MissingPhysics => {
-            found.physics.iter().map(|p| p.term.says(&units)).collect::<Vec<_>>().join(" ") + &gain
-        }
+/// The whole page; `command` is the command line.
+pub fn page(found: &Diagnosis, case: &Case<'_>, command: String) -> Page {
+    let writing = Writing { found, case, units: case.nominal.unit_names() };
+    let name = case.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let mut sections = vec![writing.physics(), writing.fits(), writing.runs()];
+    sections.extend(writing.drive());
+    sections.extend([writing.parameters(), writing.rivals(), writing.untold()]);
+    Page {
+        title: format!("Diagnosis of {name}"),
+        verdict: writing.verdict(),
+        command,
+        facts: writing.facts(),
+        sections,
     }
 }
 
-fn physics_table(found: &Diagnosis, nominal: &Loop) -> String {
-    if found.physics.is_empty() {
-        return String::new();
+struct Writing<'a> {
+    found: &'a Diagnosis,
+    case: &'a Case<'a>,
+    units: UnitNames,
+}
+
+impl Writing<'_> {
+    fn verdict(&self) -> String {
+        let found = self.found;
+        let gain = match (found.holdout.before, found.holdout.after) {
+            (Some(a), Some(b)) => match (a.u_pct, b.u_pct) {
+                (Some(a), Some(b)) => format!(" On unseen data the fit of u goes from {a:.1} % to {b:.1} %."),
+                _ => format!(" On unseen data the fit of y goes from {:.1} % to {:.1} %.", a.y_pct, b.y_pct),
+            },
+            _ => String::new(),
+        };
+        match found.verdict {
+            Verdict::NoMismatch => {
+                "The model explains the recording; nothing is missing that it could show.".into()
+            }
+            Verdict::Parameters => {
+                format!("The model is right, its numbers are not: refitted, it explains the recording.{gain}")
+            }
+            Verdict::Located => format!(
+                "Something is missing at the {}, but this recording can't tell what.",
+                found.place.map_or("loop", Place::name)
+            ),
+            Verdict::MissingPhysics => {
+                found.physics.iter().map(|p| p.term.says(&self.units)).collect::<Vec<_>>().join(" ") + &gain
+            }
+        }
     }
-    let units = nominal.unit_names();
-    let mut rows = String::new();
-    for named in &found.physics {
-        for ((p, value), width) in
-            named.term.kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths)
-        {
-            let interval = if width.is_finite() {
-                format!("{} to {}", number(value - width), number(value + width))
-            } else {
-                "not determined, or held".into()
-            };
-            rows += &row(&[
-                &escaped(named.term.kind.name),
-                named.term.kind.place.name(),
-                p.name,
-                &number(*value),
-                &escaped(&units.unit(p.unit)),
-                &interval,
+
+    fn facts(&self) -> Vec<(String, String)> {
+        let length =
+            |signals: &Signals| format!("{} samples at {} s", signals.len(), number(signals.sample_time_s));
+        let case = self.case;
+        let mut facts = vec![
+            ("Recording".into(), format!("{}, {}", case.recording.display(), length(case.train))),
+            ("Loop".into(), case.loop_file.display().to_string()),
+        ];
+        facts.push((
+            "Unseen data".into(),
+            match (case.holdout, case.holdout_file) {
+                (Some(signals), Some(file)) => format!("{}, {}", file.display(), length(signals)),
+                _ => format!("the last {} % of the recording", number(100.0 * HELD_OUT)),
+            },
+        ));
+        facts.push(("Place".into(), self.found.place.map_or("none".into(), |p| p.name().into())));
+        facts
+    }
+
+    fn physics(&self) -> Section {
+        let mut blocks = Vec::new();
+        if self.found.physics.is_empty() {
+            blocks.push(Block::Text("No physics is named.".into()));
+        } else {
+            let head = ["physics", "place", "parameter", "value", "unit", "95 % interval"];
+            let rows = self.found.physics.iter().flat_map(|p| self.parameter_rows(p)).collect();
+            blocks.push(Block::table(head, rows));
+            let head = [
+                "physics",
+                "begins",
+                "gain on unseen data, standard errors",
+                "cost-corrected gain (delta BIC)",
+            ];
+            blocks.push(Block::table(head, self.found.physics.iter().map(evidence_row).collect()));
+        }
+        for named in self.found.physics.iter().filter(|p| !p.term.spans.is_empty()) {
+            let spans = &named.term.spans;
+            blocks.push(Block::Folded {
+                title: format!("{} acts {} times", named.term.kind.name, spans.len()),
+                blocks: vec![Block::table(
+                    ["from / s", "to / s"],
+                    spans.iter().map(|(a, b)| vec![number(*a), number(*b)]).collect(),
+                )],
+            });
+        }
+        if let Some(law) = &self.found.controller {
+            blocks.push(Block::Note(format!(
+                "The stated control law, replayed on the measured signals, differs from the recorded u by {} % of its variation.",
+                number(100.0 * law.relative)
+            )));
+        }
+        Section::new("Missing physics", blocks)
+    }
+
+    fn parameter_rows(&self, named: &Named) -> Vec<Vec<String>> {
+        let kind = named.term.kind;
+        let values = kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
+        values
+            .map(|((parameter, value), width)| {
+                vec![
+                    kind.name.replace('_', " "),
+                    kind.place.name().into(),
+                    parameter.name.replace('_', " "),
+                    number(*value),
+                    self.units.unit(parameter.unit),
+                    around(*value, *width, "not determined, or held"),
+                ]
+            })
+            .collect()
+    }
+
+    fn fits(&self) -> Section {
+        let found = self.found;
+        let percent = |x: f64| format!("{x:.3}");
+        let u = |u: Option<f64>| u.map_or_else(|| "unknown law".into(), percent);
+        let rows = |part: &str, fits: &Fits| -> Vec<Vec<String>> {
+            [
+                ("as it came", fits.nominal),
+                ("before: its own numbers refitted", fits.before),
+                ("after: improved", fits.after),
+            ]
+            .into_iter()
+            .filter_map(|(name, fit)| {
+                fit.map(|f| vec![part.into(), name.into(), percent(f.y_pct), u(f.u_pct)])
+            })
+            .collect()
+        };
+        let mut all = rows("training", &found.train);
+        all.extend(rows("unseen", &found.holdout));
+        if let Some(floor) = found.noise_floor {
+            all.push(vec![
+                "unseen".into(),
+                "what noise alone leaves".into(),
+                percent(floor.y_pct),
+                u(floor.u_pct),
             ]);
         }
-    }
-    let onsets: String = found
-        .physics
-        .iter()
-        .filter(|p| p.term.onset_s > 0.0)
-        .map(|p| format!("<p>{} begins at {} s.</p>", escaped(p.term.kind.name), number(p.term.onset_s)))
-        .collect();
-    let spans: String = found
-        .physics
-        .iter()
-        .filter(|p| !p.term.spans.is_empty())
-        .map(|p| {
-            let list: Vec<String> =
-                p.term.spans.iter().map(|(a, b)| format!("{} to {}", number(*a), number(*b))).collect();
-            format!(
-                "<details><summary>{} acts {} times</summary><p>{} s</p></details>",
-                escaped(p.term.kind.name),
-                list.len(),
-                list.join(", ")
-            )
-        })
-        .collect();
-    section(
-        "Missing physics",
-        &table(&["physics", "place", "parameter", "value", "unit", "95 % interval"], &rows),
-    ) + &onsets
-        + &spans
-}
-
-fn fits(found: &Diagnosis) -> String {
-    let mut rows = String::new();
-    for (part, fits) in [("training", &found.train), ("unseen", &found.holdout)] {
-        for (name, fit) in
-            [("as it came", fits.nominal), ("own numbers refitted", fits.before), ("improved", fits.after)]
-        {
-            let Some(fit) = fit else { continue };
-            let u = fit.u_pct.map_or_else(|| "unknown law".into(), |u| format!("{u:.2} %"));
-            rows += &row(&[part, name, &format!("{:.3} %", fit.y_pct), &u]);
+        let mut blocks = vec![Block::table(["data", "model", "fit of y, %", "fit of u, %"], all)];
+        if let Some([low, high]) = found.improvement {
+            blocks.push(Block::Text(format!(
+                "On unseen data the physics improves the fit by {low:.2} to {high:.2} points (95 %)."
+            )));
         }
+        blocks.push(Block::Note(
+            "Closed-loop simulation from r alone (from the recorded u where the law is unknown); 100 % is every sample met, 0 % \
+             is no better than the mean."
+                .into(),
+        ));
+        Section::new("How well the simulated loop fits", blocks)
     }
-    if let Some(floor) = found.noise_floor {
-        let u = floor.u_pct.map_or_else(|| "unknown law".into(), |u| format!("{u:.2} %"));
-        rows += &row(&["unseen", "noise alone leaves", &format!("{:.3} %", floor.y_pct), &u]);
-    }
-    let interval = found.improvement.map_or_else(String::new, |[a, b]| {
-        format!("<p>On unseen data the physics improves the fit by {a:.2} to {b:.2} points (95 %).</p>")
-    });
-    section("How well the simulated loop fits", &(table(&["data", "model", "y", "u"], &rows) + &interval))
-}
 
-/// r, y and u of the closed loop, measured and simulated.
-fn runs(found: &Diagnosis, nominal: &Loop, signals: &Signals) -> Result<String> {
-    let (before, after) = (prove::run(&found.refitted, signals, 0), prove::run(&found.improved, signals, 0));
-    let line = |name: &str, colour, x: &[f64]| {
-        Layer::signal(name, colour, signals.start_s, signals.sample_time_s, x)
-    };
-    let part = |trace: &Option<Trace>, of: fn(&Trace) -> &Vec<f64>| trace.as_ref().map(|t| of(t).clone());
-    let both = |of: fn(&Trace) -> &Vec<f64>, measured: &[f64]| {
-        let mut layers = vec![line("measured", Colour::Grey, measured)];
-        for (name, colour, trace) in [("before", Colour::Vermilion, &before), ("after", Colour::Blue, &after)]
-        {
-            layers.extend(part(trace, of).map(|x| line(name, colour, &x)));
-        }
-        layers
-    };
-    let error = |trace: &Option<Trace>| {
-        part(trace, |t| &t.y).map(|y| signals.y.iter().zip(&y).map(|(a, b)| a - b).collect::<Vec<f64>>())
-    };
-    let mut wrong = Vec::new();
-    for (name, colour, trace) in [("before", Colour::Vermilion, &before), ("after", Colour::Blue, &after)] {
-        wrong.extend(error(trace).map(|e| line(name, colour, &e)));
-    }
-    let units = nominal.unit_names();
-    let label = |what: &str, unit: &str| format!("{what} / {unit}");
-    let mut reference = vec![line("r", Colour::Green, &signals.r)];
-    reference.extend(both(|t| &t.y, &signals.y));
-    let panels = vec![
-        Panel { y_label: label("r, y", &units.y), layers: reference, ..Panel::default() },
-        Panel { y_label: label("error of y", &units.y), layers: wrong, ..Panel::default() },
-        Panel {
-            x_label: "t / s".into(),
-            y_label: label("u", &units.u),
-            layers: both(|t| &t.u, &signals.u),
-            ..Panel::default()
-        },
-    ];
-    Ok(section("Measured and simulated", &Figure::stacked("", panels).to_svg()?))
-}
-
-/// The missing drive against time, and against what friction, springs and pitches depend on.
-fn drive(found: &Diagnosis, nominal: &Loop, train: &Signals) -> Result<String> {
-    let Some(missing) = &found.missing_drive else { return Ok(String::new()) };
-    let units = nominal.unit_names();
-    let label = format!("missing drive / {}", units.drive);
-    let line =
-        |name: &str, colour, x: &[f64]| Layer::signal(name, colour, train.start_s, train.sample_time_s, x);
-    let mut layers = vec![line("before", Colour::Vermilion, &missing.value)];
-    if let Some(left) = &found.drive_left {
-        layers.push(line("left after", Colour::Blue, &left.value));
-    }
-    let time = Panel { x_label: "t / s".into(), y_label: label.clone(), layers, ..Panel::default() };
-    let (position, speed) = features::motion(nominal, train);
-    let explained: Option<Vec<f64>> = found
-        .drive_left
-        .as_ref()
-        .map(|left| missing.value.iter().zip(&left.value).map(|(a, b)| a - b).collect());
-    let against = |x: &[f64], x_label: String| {
-        let step = (x.len() / POINTS).max(1);
-        let cloud = x.iter().zip(&missing.value).step_by(step).map(|(x, d)| (*x, *d)).collect();
-        let mut layers = vec![Layer::points("before", Colour::Grey, Marker::Dot, cloud)];
-        layers.extend(explained.as_ref().map(|d| Layer::line("explained", Colour::Blue, binned(x, d))));
-        Panel { x_label, y_label: label.clone(), layers, ..Panel::default() }
-    };
-    let charts = Figure::single(time).to_svg()?
-        + &Figure::grid(
-            "",
-            2,
-            vec![
-                against(&speed, format!("speed / {}", units.unit("{speed}"))),
-                against(&position, format!("position / {}", units.unit("{position}"))),
-            ],
-        )
-        .to_svg()?;
-    let note = format!(
-        "<p class=\"note\">What the recorded motion needed beyond what the refitted model applied; standard deviation {} {}.</p>",
-        number(missing.deviation),
-        escaped(&units.drive)
-    );
-    Ok(section("The missing drive", &(note + &charts)))
-}
-
-/// Mean of y in bins of equal width over x, empty ones left out.
-fn binned(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
-    let known = || x.iter().copied().filter(|x| x.is_finite());
-    let (low, high) = known().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
-    if deviation(x) == 0.0 || high <= low {
-        return Vec::new();
-    }
-    let mut bins = vec![(0.0, 0.0, 0.0); BINS];
-    for (x, y) in x.iter().zip(y).filter(|(x, y)| x.is_finite() && y.is_finite()) {
-        let at = ((x - low) / (high - low) * BINS as f64) as usize;
-        if let Some(bin) = bins.get_mut(at.min(BINS - 1)) {
-            *bin = (bin.0 + x, bin.1 + y, bin.2 + 1.0);
-        }
-    }
-    bins.into_iter().filter(|b| b.2 > 0.0).map(|(x, y, n)| (x / n, y / n)).collect()
-}
-
-fn parameters(found: &Diagnosis) -> String {
-    let mut rows = String::new();
-    for p in &found.parameters {
-        let interval = if p.half_width.is_finite() {
-            format!("{} to {}", number(p.value - p.half_width), number(p.value + p.half_width))
-        } else {
-            "not determined".into()
+    /// r, y and u of the closed loop, measured and simulated.
+    fn runs(&self) -> Section {
+        let signals = self.case.holdout.unwrap_or(self.case.train);
+        let [r, y, u] = self.case.columns.labels();
+        let runs = [
+            ("before", Colour::Vermilion, prove::run(&self.found.refitted, signals, 0)),
+            ("after", Colour::Blue, prove::run(&self.found.improved, signals, 0)),
+        ];
+        let line = |name: String, colour, x: &[f64]| {
+            Layer::signal(name, colour, signals.start_s, signals.sample_time_s, x)
         };
-        rows += &row(&[&escaped(&p.name), &number(p.nominal), &number(p.value), &interval]);
-    }
-    if rows.is_empty() {
-        return String::new();
-    }
-    section("The model's own numbers", &table(&["parameter", "as given", "fitted", "95 % interval"], &rows))
-}
-
-fn rivals(found: &Diagnosis) -> String {
-    let rows: String = found.rejected.iter().map(|r| row(&[&escaped(r.kind), &escaped(&r.why)])).collect();
-    if rows.is_empty() {
-        return String::new();
-    }
-    section("Rivals, and why they lost", &table(&["physics", "why not"], &rows))
-}
-
-/// What this recording can't tell, and what would.
-fn untold(found: &Diagnosis) -> String {
-    let ties: String = found
-        .physics
-        .iter()
-        .filter(|p| !p.tied.is_empty())
-        .map(|p| {
-            format!(
-                "<p>{} can't be told from {}. {}</p>",
-                escaped(p.term.kind.name),
-                escaped(&p.tied.join(", ")),
-                escaped(p.term.kind.experiment)
-            )
-        })
-        .collect();
-    let rows: String = found.untestable.iter().map(|r| row(&[&escaped(r.kind), &escaped(&r.why)])).collect();
-    let needs: String = found
-        .untestable
-        .iter()
-        .filter_map(|r| physics::Kind::named(r.kind).ok())
-        .map(|kind| row(&[kind.name, kind.excitation]))
-        .collect();
-    let needs = format!(
-        "<details><summary>What would show them</summary>{}</details>",
-        table(&["physics", "needs"], &needs)
-    );
-    section("What can't be told", &(ties + &table(&["physics", "why"], &rows) + &needs))
-}
-
-fn section(title: &str, content: &str) -> String {
-    format!("<h2>{title}</h2>{content}")
-}
-
-fn table(head: &[&str], rows: &str) -> String {
-    let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
-    format!("<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>")
-}
-
-fn row(cells: &[&str]) -> String {
-    let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
-    format!("<tr>{cells}</tr>")
-}
-
-/// Four digits, in powers of ten where that is shorter.
-fn number(x: f64) -> String {
-    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.3e}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_from_files_stay_text() {
-        assert_eq!(escaped("<script>\"a\" & 'b'"), "&lt;script&gt;&quot;a&quot; &amp; &#39;b&#39;");
+        let simulated = |of: &dyn Fn(&Trace) -> Vec<f64>| -> Vec<Layer> {
+            let drawn = runs.iter().filter_map(|(name, colour, run)| Some((name, *colour, run.as_ref()?)));
+            drawn
+                .map(|(name, colour, run)| match line((*name).into(), colour, &of(run)) {
+                    Layer::Line { points, name, colour, .. } if colour == Colour::Vermilion => {
+                        Layer::dashed(name, colour, points)
+                    }
+                    line => line,
+                })
+                .collect()
+        };
+        let error = |t: &Trace| -> Vec<f64> { signals.y.iter().zip(&t.y).map(|(a, b)| a - b).collect() };
+        let panel = |what: &str, unit: &str, layers: Vec<Layer>| Panel {
+            y_label: with_unit(what, unit),
+            layers: layers.into_iter().chain(self.marks()).collect(),
+            ..Panel::default()
+        };
+        let mut outputs = vec![
+            line(r, Colour::Green, &signals.r),
+            line(format!("{y}, measured"), Colour::Grey, &signals.y),
+        ];
+        outputs.extend(simulated(&|t| t.y.clone()));
+        let control: Vec<f64> = signals.r.iter().zip(&signals.y).map(|(r, y)| r - y).collect();
+        let mut controls = vec![line("measured".into(), Colour::Grey, &control)];
+        controls.extend(simulated(&|t| signals.r.iter().zip(&t.y).map(|(r, y)| r - y).collect()));
+        let mut efforts = vec![line(format!("{u}, measured"), Colour::Grey, &signals.u)];
+        efforts.extend(simulated(&|t| t.u.clone()));
+        let y_unit = &self.units.y;
+        let panels = vec![
+            panel("r, y", y_unit, outputs),
+            panel("e = r \u{2212} y", y_unit, controls),
+            panel("y \u{2212} simulated y", y_unit, simulated(&error)),
+            Panel { x_label: "t / s".into(), ..panel("u", &self.units.u, efforts) },
+        ];
+        let caption = match self.case.holdout {
+            Some(_) => "The second recording, which no number was fitted on.",
+            None => "The upright line: from there on nothing was fitted.",
+        };
+        let caption =
+            format!("{caption} Before: the model with its own numbers refitted; after: with what was found.");
+        let mut blocks = vec![Block::Chart(Chart {
+            figure: Figure::stacked("", panels),
+            caption,
+            axis: Some(TIME.into()),
+        })];
+        for (name, ..) in runs.iter().filter(|(.., run)| run.is_none()) {
+            blocks.push(Block::Note(format!(
+                "The model {name} can't be drawn: it diverges over this recording."
+            )));
+        }
+        Section::new("Measured and simulated", blocks)
     }
 
-    #[test]
-    fn bins_hold_means() {
-        let x: Vec<f64> = (0..1000).map(|i| f64::from(i) / 100.0).collect();
-        let y: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
-        assert!(binned(&x, &y).iter().all(|(x, y)| (y - 2.0 * x).abs() < 1e-9));
+    /// When found physics acts, and where the unseen part begins.
+    fn marks(&self) -> Vec<Layer> {
+        let signals = self.case.holdout.unwrap_or(self.case.train);
+        let start_s = signals.start_s - signals.origin_s;
+        let mut marks = Vec::new();
+        for named in &self.found.physics {
+            let name = named.term.kind.name.replace('_', " ");
+            for (i, (from, to)) in named.term.spans.iter().enumerate() {
+                let name = if i == 0 { name.clone() } else { String::new() };
+                marks.push(Layer::Span {
+                    from: start_s + from,
+                    to: start_s + to,
+                    name,
+                    colour: Colour::Yellow,
+                });
+            }
+            if named.term.onset_s > 0.0 && self.case.holdout.is_none() {
+                marks.push(Layer::VerticalLine {
+                    x: start_s + named.term.onset_s,
+                    name: format!("{name} begins"),
+                    colour: Colour::Purple,
+                    dashed: true,
+                });
+            }
+        }
+        if self.case.holdout.is_none() {
+            let x = signals.start_s + (1.0 - HELD_OUT) * signals.duration_s();
+            marks.push(Layer::VerticalLine {
+                x,
+                name: "unseen from here".into(),
+                colour: Colour::Black,
+                dashed: false,
+            });
+        }
+        marks
+    }
+
+    /// The missing drive against time, and against what friction, springs and valves depend on.
+    fn drive(&self) -> Option<Section> {
+        let missing = self.found.missing_drive.as_ref()?;
+        let train = self.case.train;
+        let label = with_unit("missing drive", &self.units.drive);
+        let line = |name: &str, colour, x: &[f64]| {
+            Layer::signal(name, colour, train.start_s, train.sample_time_s, x)
+        };
+        let left = self.found.drive_left.as_ref();
+        let mut layers = vec![estimate(train, missing)];
+        layers.push(line("before", Colour::Grey, &missing.value));
+        if let Some(left) = left {
+            let explained: Vec<f64> = missing.value.iter().zip(&left.value).map(|(a, b)| a - b).collect();
+            layers.push(line("explained", Colour::Blue, &explained));
+            if let Layer::Line { points, name, colour, .. } =
+                line("left after", Colour::Vermilion, &left.value)
+            {
+                layers.push(Layer::dashed(name, colour, points));
+            }
+        }
+        let y_range = usual(&missing.value);
+        let time =
+            Panel { x_label: "t / s".into(), y_label: label.clone(), layers, y_range, ..Panel::default() };
+        let axis = if self.case.holdout.is_none() { TIME } else { "training time" };
+        let over_time = Chart {
+            figure: Figure::stacked("", vec![time]),
+            caption: format!(
+                "What the recorded motion needed beyond what the refitted model applied, and what the found physics explains of it. \
+                 Standard deviation of the estimate: {} {}.",
+                number(missing.deviation),
+                self.units.drive
+            ),
+            axis: Some(axis.into()),
+        };
+        let (position, speed) = features::motion(self.case.nominal, train);
+        let servo = matches!(self.case.nominal.plant, crate::plant::Plant::Servo(_));
+        let (x, v) = if servo { ("position", "speed") } else { ("level of y", "rate of y") };
+        let left = left.map(|l| l.value.as_slice());
+        let cloud = Cloud { missing: &missing.value, left, label: &label, y_range };
+        let panels = vec![
+            cloud.against(&speed, with_unit(v, &self.units.speed)),
+            cloud.against(&position, with_unit(x, &self.units.position)),
+            cloud.against(&train.u, with_unit("u", &self.units.u)),
+        ];
+        let mut caption = "Grey: the missing drive, sample by sample. Blue: the mean of what the found physics explains of it, \
+                           with the band that holds 95 % of the samples around it."
+            .to_owned();
+        let every = cloud.every();
+        if every > 1 {
+            caption += &format!(" One sample in {every} is drawn.");
+        }
+        if y_range.is_some() {
+            caption += " A few values lie outside the frames: at its start the estimate has yet to settle.";
+        }
+        let figure = Figure { panel_height_px: 300, ..Figure::grid("", 2, panels) };
+        let against = Chart { figure, caption, axis: None };
+        Some(Section::new("The missing drive", vec![Block::Chart(over_time), Block::Chart(against)]))
+    }
+
+    fn parameters(&self) -> Section {
+        let row = |p: &super::Refitted| {
+            let share = 100.0 * (p.value / p.nominal - 1.0);
+            vec![
+                p.name.clone(),
+                number(p.nominal),
+                number(p.value),
+                around(p.value, p.half_width, "not determined"),
+                number(share),
+            ]
+        };
+        let head = ["parameter", "as given", "fitted", "95 % interval", "change, %"];
+        let rows: Vec<_> = self.found.parameters.iter().map(row).collect();
+        let block =
+            if rows.is_empty() { Block::Text("None was fitted.".into()) } else { Block::table(head, rows) };
+        Section::new("The model's own numbers", vec![block])
+    }
+
+    fn rivals(&self) -> Section {
+        let block = if self.found.rejected.is_empty() {
+            Block::Text("No rival was tried.".into())
+        } else {
+            Block::table(["physics", "why not"], rejected_rows(&self.found.rejected))
+        };
+        Section::new("Rivals, and why they lost", vec![block])
+    }
+
+    /// What this recording can't tell, and what would.
+    fn untold(&self) -> Section {
+        let mut blocks = Vec::new();
+        let ties: Vec<Vec<String>> = self
+            .found
+            .physics
+            .iter()
+            .filter(|p| !p.tied.is_empty())
+            .map(|p| vec![p.term.kind.name.into(), p.tied.join(", "), p.term.kind.experiment.into()])
+            .collect();
+        if ties.is_empty() {
+            blocks.push(Block::Text("No rival is tied with what was named.".into()));
+        } else {
+            blocks.push(Block::table(["named", "can't be told from", "the experiment to run"], ties));
+        }
+        let untestable = &self.found.untestable;
+        if !untestable.is_empty() {
+            blocks.push(Block::Text("Not tested:".into()));
+            blocks.push(Block::table(["physics", "why"], rejected_rows(untestable)));
+        }
+        let kinds = self.found.rejected.iter().chain(untestable);
+        let needs: Vec<Vec<String>> = kinds
+            .filter_map(|r| physics::Kind::named(r.kind).ok())
+            .map(|kind| vec![kind.name.into(), kind.excitation.into()])
+            .collect();
+        if !needs.is_empty() {
+            blocks.push(Block::Folded {
+                title: "What a recording needs to show each".into(),
+                blocks: vec![Block::table(["physics", "needs"], needs)],
+            });
+        }
+        Section::new("What can't be told", blocks)
+    }
+}
+
+fn evidence_row(named: &Named) -> Vec<String> {
+    let onset = named.term.onset_s;
+    vec![
+        named.term.kind.name.replace('_', " "),
+        if onset > 0.0 { format!("{} s", number(onset)) } else { "before the recording".into() },
+        number(named.holdout_errors),
+        number(2.0 * named.train_gain),
+    ]
+}
+
+fn rejected_rows(of: &[Rejected]) -> Vec<Vec<String>> {
+    of.iter().map(|r| vec![r.kind.replace('_', " "), r.why.clone()]).collect()
+}
+
+fn with_unit(what: &str, unit: &str) -> String {
+    if unit.is_empty() { what.to_owned() } else { format!("{what} / {unit}") }
+}
+
+fn around(value: f64, half_width: f64, unknown: &str) -> String {
+    if half_width.is_finite() {
+        interval([value - half_width, value + half_width])
+    } else {
+        unknown.to_owned()
     }
 }

@@ -1,7 +1,8 @@
-//! The chart of a run: reference and output, controller output, and each channel's standardised residual with its
-//! thresholds. Events are shaded over the signals, a channel's own courses over its residual. What is drawn is thinned while the recording is read.
+//! What charts and reports show of a run, collected while the recording is read, in bounded memory; and the picture: reference
+//! and output, controller output, and each channel's standardised residual with its thresholds. Events are shaded over the
+//! signals, a channel's own courses over its residual.
 
-use drift_core::Config;
+use drift_core::{Channel, Config, Verdict};
 
 use super::events::EventKind;
 use super::run::Hop;
@@ -9,21 +10,136 @@ use super::summary::Summary;
 use super::thinned::Thinned;
 use crate::plot::{Colour, Figure, Layer, Panel};
 
+/// Windows kept of each channel's plane; beyond, every second one, every fourth ...
+const PLANE: usize = 4096;
+/// Changes of verdict kept of each channel, and alarms.
+const CHANGES: usize = 8192;
+
 /// Collects the signals of a run.
 #[derive(Debug, Clone)]
 pub struct Chart {
-    config: Config<f32, 3>,
-    r: Thinned,
-    y: Thinned,
-    u: Thinned,
-    z: [Thinned; 3],
+    pub(super) r: Thinned,
+    pub(super) y: Thinned,
+    pub(super) u: Thinned,
+    pub(super) e: Thinned,
+    pub(super) channels: [ChannelChart; 3],
+    /// Begin and end of the first window, s, and the last decision.
+    pub(super) first: Option<(f64, f64)>,
+    pub(super) last_s: f64,
+}
+
+/// One channel's part.
+#[derive(Debug, Clone)]
+pub(super) struct ChannelChart {
+    pub channel: Channel,
+    pub z: Thinned,
+    /// Upwards, downwards.
+    pub cusum: [Thinned; 2],
+    pub sprt: [Thinned; 2],
+    /// Decision, s, and z, of each alarm.
+    pub alarms: Vec<(f64, f64)>,
+    /// From when on, s, it said what.
+    pub verdicts: Vec<(f64, Said)>,
+    /// x, value and what was said of a window; one in `every`.
+    pub plane: Vec<(f64, f64, Said)>,
+    pub every: u64,
+    seen: u64,
+}
+
+/// What a channel said of a window, as charts tell it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Said {
+    /// Nothing: too few samples, or no baseline.
+    NotJudged,
+    /// On the baseline, or back on it.
+    Healthy,
+    /// Away, and not yet known whether to stay.
+    Suspect,
+    /// Away to stay.
+    Drift,
+}
+
+impl ChannelChart {
+    fn new(channel: Channel) -> Self {
+        let new = Thinned::new;
+        Self {
+            channel,
+            z: new(),
+            cusum: [new(), new()],
+            sprt: [new(), new()],
+            alarms: Vec::new(),
+            verdicts: Vec::new(),
+            plane: Vec::new(),
+            every: 1,
+            seen: 0,
+        }
+    }
+
+    fn hop(&mut self, to_s: f64, begin_s: f64, report: &drift_core::ChannelReport) {
+        let z = f64::from(report.z);
+        self.z.add(to_s, z);
+        let (cusum, sprt) = (report.detectors.cusum, report.detectors.sprt);
+        let of_cusum = self.cusum.iter_mut().zip([cusum.high, cusum.low]);
+        for (thinned, value) in of_cusum.chain(self.sprt.iter_mut().zip([sprt.high, sprt.low])) {
+            thinned.add(to_s, f64::from(value));
+        }
+        if report.alarms.side().is_some() && self.alarms.len() < CHANGES {
+            self.alarms.push((to_s, z));
+        }
+        let said = Said::of(report.verdict, z);
+        if self.verdicts.last().is_none_or(|last| last.1 != said) && self.verdicts.len() < CHANGES {
+            self.verdicts.push((begin_s, said));
+        }
+        self.add_to_plane(f64::from(report.x), f64::from(report.value), said);
+    }
+
+    fn add_to_plane(&mut self, x: f64, value: f64, said: Said) {
+        if x.is_finite() && value.is_finite() {
+            if self.seen.is_multiple_of(self.every) {
+                self.plane.push((x, value, said));
+            }
+            self.seen += 1;
+        }
+        if self.plane.len() > PLANE {
+            let mut keep = false;
+            self.plane.retain(|_| {
+                keep = !keep;
+                keep
+            });
+            self.every *= 2;
+        }
+    }
+
+    /// Whether it has a baseline to be judged by.
+    pub fn learned(&self) -> bool {
+        self.channel.baseline.sigma > 0.0
+    }
+}
+
+impl Said {
+    fn of(verdict: Verdict, z: f64) -> Self {
+        match verdict {
+            Verdict::Drift => Self::Drift,
+            Verdict::Suspect => Self::Suspect,
+            _ if z.is_nan() => Self::NotJudged,
+            _ => Self::Healthy,
+        }
+    }
 }
 
 impl Chart {
     /// Nothing yet.
     pub fn new(config: &Config<f32, 3>) -> Self {
         let new = Thinned::new;
-        Self { config: *config, r: new(), y: new(), u: new(), z: [new(), new(), new()] }
+        Self {
+            r: new(),
+            y: new(),
+            u: new(),
+            e: new(),
+            channels: config.channels.map(ChannelChart::new),
+            first: None,
+            last_s: f64::NAN,
+        }
     }
 
     /// The next sample; NaN where there is none.
@@ -31,12 +147,15 @@ impl Chart {
         self.r.add(t_s, r);
         self.y.add(t_s, y);
         self.u.add(t_s, u);
+        self.e.add(t_s, r - y);
     }
 
     /// The next decision.
     pub fn hop(&mut self, hop: &Hop) {
-        for (z, channel) in self.z.iter_mut().zip(&hop.report.channels) {
-            z.add(hop.to_s, f64::from(channel.z));
+        self.first.get_or_insert((hop.from_s, hop.to_s));
+        self.last_s = hop.to_s;
+        for (chart, report) in self.channels.iter_mut().zip(&hop.report.channels) {
+            chart.hop(hop.to_s, hop.new_from_s, report);
         }
     }
 
@@ -44,18 +163,14 @@ impl Chart {
     pub fn figure(&self, summary: &Summary) -> Figure {
         let end_s = summary.start_s + summary.duration_s();
         let (unit, per_unit) = time_unit(summary.duration_s());
-        let scaled = |thinned: &Thinned| -> Vec<(f64, f64)> {
-            thinned.points().into_iter().map(|(t, x)| (t / per_unit, x)).collect()
-        };
-        let shade =
-            |kind, from: f64, to: Option<f64>| shade(kind, from / per_unit, to.unwrap_or(end_s) / per_unit);
-        let events = || summary.events.iter().map(|e| shade(e.kind(), e.from_s(), e.to_s()));
+        let events = || events(summary, per_unit);
+        let panel = |y_label: &str, layers| Panel { y_label: y_label.into(), layers, ..Panel::default() };
         let mut panels = vec![
             panel(
                 "r, y",
                 vec![
-                    Layer::line("y", Colour::Blue, scaled(&self.y)),
-                    Layer::dashed("r", Colour::Black, scaled(&self.r)),
+                    Layer::line("y", Colour::Blue, scaled(&self.y, per_unit)),
+                    Layer::dashed("r", Colour::Black, scaled(&self.r, per_unit)),
                 ]
                 .into_iter()
                 .chain(events())
@@ -63,41 +178,67 @@ impl Chart {
             ),
             panel(
                 "u",
-                std::iter::once(Layer::line("u", Colour::Green, scaled(&self.u))).chain(events()).collect(),
+                std::iter::once(Layer::line("u", Colour::Green, scaled(&self.u, per_unit)))
+                    .chain(events())
+                    .collect(),
             ),
         ];
-        for (z, channel) in self.z.iter().zip(&self.config.channels) {
+        for chart in &self.channels {
+            let kind = chart.channel.kind;
             let mut layers = vec![Layer::line(
-                format!("{} residual, sigmas", channel.kind.name()),
+                format!("{} residual, sigmas", kind.name()),
                 Colour::Purple,
-                scaled(z),
+                scaled(&chart.z, per_unit),
             )];
-            if let Some(limits) = channel.detectors.shewhart {
-                for (limit, name) in [(limits.upper, "Shewhart limits"), (limits.lower, "")] {
-                    layers.push(Layer::HorizontalLine {
-                        y: f64::from(limit),
-                        name: name.into(),
-                        colour: Colour::Vermilion,
-                        dashed: true,
-                    });
-                }
-            }
-            let courses = summary.events.iter().flat_map(|e| &e.courses);
-            let own = courses.filter(|c| c.kind == channel.kind);
-            layers.extend(own.map(|c| shade(c.outcome, c.from_s, c.to_s)));
-            panels.push(panel(&format!("{} z", channel.kind.name()), layers));
+            layers.extend(shewhart_limits(&chart.channel));
+            let courses = summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind);
+            layers.extend(courses.map(|c| {
+                shade(c.outcome, c.from_s / per_unit, c.to_s.unwrap_or(end_s) / per_unit, String::new())
+            }));
+            panels.push(panel(&format!("{} z", kind.name()), layers));
         }
         if let Some(last) = panels.last_mut() {
             last.x_label = format!("t / {unit}");
         }
-        let path = std::path::Path::new(&summary.recording);
-        let name = path.file_name().map_or(summary.recording.clone(), |n| n.to_string_lossy().into_owned());
-        Figure::stacked(name, panels)
+        Figure::stacked(file_name(summary), panels)
     }
 }
 
+/// The recording's name without its folders.
+pub(super) fn file_name(summary: &Summary) -> String {
+    let path = std::path::Path::new(&summary.recording);
+    path.file_name().map_or(summary.recording.clone(), |n| n.to_string_lossy().into_owned())
+}
+
+/// Points in the chart's unit of time.
+pub(super) fn scaled(thinned: &Thinned, per_unit: f64) -> Vec<(f64, f64)> {
+    thinned.points().into_iter().map(|(t, x)| (t / per_unit, x)).collect()
+}
+
+/// The events as shades.
+pub(super) fn events(summary: &Summary, per_unit: f64) -> impl Iterator<Item = Layer> + '_ {
+    let end_s = summary.start_s + summary.duration_s();
+    summary.events.iter().map(move |e| {
+        let to_s = e.to_s().unwrap_or(end_s);
+        shade(e.kind(), e.from_s() / per_unit, to_s / per_unit, String::new())
+    })
+}
+
+/// The limits of a single residual.
+pub(super) fn shewhart_limits(channel: &Channel) -> Vec<Layer> {
+    let Some(limits) = channel.detectors.shewhart else { return Vec::new() };
+    [(limits.upper, "Shewhart limits"), (limits.lower, "")]
+        .map(|(limit, name)| Layer::HorizontalLine {
+            y: f64::from(limit),
+            name: name.into(),
+            colour: Colour::Vermilion,
+            dashed: true,
+        })
+        .into()
+}
+
 /// The unit in which a recording of this length reads best, and its seconds.
-fn time_unit(duration_s: f64) -> (&'static str, f64) {
+pub(super) fn time_unit(duration_s: f64) -> (&'static str, f64) {
     match duration_s {
         d if d >= 10.0 * 86_400.0 => ("d", 86_400.0),
         d if d >= 3.0 * 3600.0 => ("h", 3600.0),
@@ -106,15 +247,12 @@ fn time_unit(duration_s: f64) -> (&'static str, f64) {
     }
 }
 
-fn panel(y_label: &str, layers: Vec<Layer>) -> Panel {
-    Panel { y_label: y_label.into(), layers, ..Panel::default() }
-}
-
-fn shade(kind: EventKind, from: f64, to: f64) -> Layer {
+/// A stretch of time, shaded.
+pub(super) fn shade(kind: EventKind, from: f64, to: f64, name: String) -> Layer {
     let colour = match kind {
         EventKind::Disturbance => Colour::Yellow,
         EventKind::Suspect => Colour::Orange,
         EventKind::Drift => Colour::Vermilion,
     };
-    Layer::Span { from, to, name: String::new(), colour }
+    Layer::Span { from, to, name, colour }
 }

@@ -5,11 +5,12 @@
 //! * [`Events`]: decisions merged to disturbances and drifts, channels that are away together in one.
 //! * [`Summary`]: what a person wants to know; [`screen`] is that in words.
 //! * [`write_hop`], [`write_summary`]: the schema `drift.monitor/1`.
-//! * [`Chart`]: r, y, u and each channel's residual, thinned while it is read.
+//! * [`Chart`]: r, y, u, e and what each channel said, thinned while it is read; [`page`] is the report of it.
 
 mod chart;
 mod events;
 mod json_lines;
+mod page;
 mod run;
 mod screen;
 mod summary;
@@ -18,6 +19,7 @@ mod thinned;
 pub use chart::Chart;
 pub use events::{Course, Event, EventKind, Events, Raised};
 pub use json_lines::{SCHEMA, write_hop, write_summary};
+pub use page::page;
 pub use run::{Hop, Outputs, Runner, Stopped, watch};
 pub use screen::screen;
 pub use summary::{ChannelSummary, ExcludedTotal, FailOn, Summary};

@@ -46,7 +46,8 @@ fn write_screen(out: &mut String, summary: &Summary, promise: Option<&Promise>) 
     write_events(out, summary)
 }
 
-fn write_excluded(out: &mut String, summary: &Summary) -> std::fmt::Result {
+/// Samples that entered no sum, by reason; `None` where there are none.
+pub(super) fn excluded(summary: &Summary) -> Option<String> {
     let e = &summary.excluded;
     let reasons: Vec<String> = [
         (e.missing, "missing"),
@@ -60,8 +61,12 @@ fn write_excluded(out: &mut String, summary: &Summary) -> std::fmt::Result {
     .filter(|(n, _)| *n > 0)
     .map(|(n, why)| format!("{n} {why}"))
     .collect();
-    if !reasons.is_empty() {
-        writeln!(out, "left out: {}", reasons.join(", "))?;
+    (!reasons.is_empty()).then(|| reasons.join(", "))
+}
+
+fn write_excluded(out: &mut String, summary: &Summary) -> std::fmt::Result {
+    if let Some(reasons) = excluded(summary) {
+        writeln!(out, "left out: {reasons}")?;
     }
     let unjudged = summary.hops - summary.valid_hops;
     if unjudged > 0 {
@@ -70,7 +75,8 @@ fn write_excluded(out: &mut String, summary: &Summary) -> std::fmt::Result {
     Ok(())
 }
 
-fn verdict(summary: &Summary) -> String {
+/// The whole run in a sentence or two.
+pub(super) fn verdict(summary: &Summary) -> String {
     let open = summary.events.iter().find(|e| e.to_s().is_none());
     let mut drifts = summary.events.iter().rev().filter(|e| e.kind() == EventKind::Drift);
     let passed = summary.events.len() as u64 + summary.more_events;
@@ -227,22 +233,23 @@ fn farthest(event: &Event) -> Vec<(&Course, usize)> {
     found
 }
 
+/// The detectors that raised a course.
+pub(super) fn detectors(course: &Course) -> String {
+    let names = course.detectors.iter().map(|d| match d {
+        Raised::Shewhart => "Shewhart",
+        Raised::Cusum => "CUSUM",
+        Raised::Sprt => "SPRT",
+    });
+    names.collect::<Vec<_>>().join("+")
+}
+
 fn course(course: &Course) -> String {
-    let detectors: Vec<&str> = course
-        .detectors
-        .iter()
-        .map(|d| match d {
-            Raised::Shewhart => "Shewhart",
-            Raised::Cusum => "CUSUM",
-            Raised::Sprt => "SPRT",
-        })
-        .collect();
     let mut text = format!(
         "{} {} {:.1} sigma, {} at {} s",
         label(course.kind),
         side_name(course.side),
         course.max_z,
-        detectors.join("+"),
+        detectors(course),
         short(course.alarm_s)
     );
     if let Some(curve) = &course.fault_curve {
@@ -258,14 +265,14 @@ fn course(course: &Course) -> String {
     text
 }
 
-fn label(kind: ChannelKind) -> String {
+pub(super) fn label(kind: ChannelKind) -> String {
     match kind {
         ChannelKind::EnergyError(index) => format!("{} ({index:?})", kind.name()).to_lowercase(),
         _ => kind.name().to_owned(),
     }
 }
 
-const fn side_name(side: Side) -> &'static str {
+pub(super) const fn side_name(side: Side) -> &'static str {
     match side {
         Side::High => "high",
         Side::Low => "low",

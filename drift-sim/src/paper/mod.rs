@@ -31,6 +31,7 @@ use std::path::Path;
 
 pub use settings::Settings;
 
+use crate::report::Page;
 use crate::{Error, Result, output};
 use figures::Plate;
 use settings::Use;
@@ -98,22 +99,22 @@ impl Paper {
         json::text(self)
     }
 
-    /// `paper.md` as text.
-    pub fn to_markdown(&self) -> String {
-        page::text(self)
+    /// The report of it all; `command` is the command line.
+    pub fn page(&self, command: String) -> Page {
+        page::page(self, command)
     }
 
-    /// Writes the figures, `paper.md` and `paper.json` into a folder, which is made if it is missing.
+    /// Writes the figures, `paper.html` and `paper.json` into a folder, which is made if it is missing.
     ///
     /// # Errors
     /// The folder or a file can't be written.
-    pub fn write(&self, folder: &Path) -> Result<()> {
+    pub fn write(&self, folder: &Path, command: String) -> Result<()> {
         make_folder(folder)?;
         for plate in &self.plates {
             plate.figure.write_svg(&folder.join(plate.file))?;
         }
         output::write_text(&folder.join("paper.json"), &self.to_json())?;
-        output::write_text(&folder.join("paper.md"), &self.to_markdown())
+        self.page(command).write(&folder.join("paper.html"))
     }
 }
 

@@ -1,6 +1,4 @@
-//! `paper.md`: one page, ours beside the published.
-
-use std::fmt::Write as _;
+//! `paper.html`: one page, ours beside the published.
 
 use super::baseline::OverSeeds;
 use super::delay::{Delay, SchemeResult};
@@ -9,55 +7,82 @@ use super::figures::Plate;
 use super::number::{interval, per_cent, ranged, seconds, significant, with_error};
 use super::ranking::Ranking;
 use super::{Paper, differences, json, published, settings};
+use crate::report::{Block, Page, Section};
 
-/// A table in Markdown.
-fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let heads: Vec<String> = head.iter().map(|h| (*h).to_owned()).collect();
-    let rule: Vec<String> = head.iter().map(|_| "---".to_owned()).collect();
-    rows.iter().fold(line(&heads) + &line(&rule), |text, row| text + &line(row)) + "\n"
-}
-
-pub(super) fn text(paper: &Paper) -> String {
-    let figures = |files: &[&str]| -> String {
+pub(super) fn page(paper: &Paper, command: String) -> Page {
+    let figures = |files: &[&str]| -> Vec<Block> {
         paper.plates.iter().filter(|p| files.contains(&p.file)).map(figure).collect()
     };
-    [
-        opening(paper),
-        differences::text(paper),
-        eigenvalues(paper),
-        "## The loop and its drift (section 4)\n\n".into(),
-        figures(&["fig03.svg", "fig04.svg"]),
-        ranking(paper),
-        figures(&["fig05a.svg", "fig05b.svg"]),
-        "## The loop hides the drift (section 6.1)\n\n".into(),
-        figures(&["fig06.svg", "fig07.svg"]),
-        baseline(paper),
-        figures(&["fig08a.svg"]),
-        detection(paper),
-        figures(&["fig08b.svg", "fig09a.svg", "fig09b.svg", "fig10a.svg", "fig10b.svg"]),
-        overlap(paper),
-        delay(paper),
-        made_with(paper),
+    let with = |mut blocks: Vec<Block>, files: &[&str]| {
+        blocks.extend(figures(files));
+        blocks
+    };
+    let detectors = ["fig08b.svg", "fig09a.svg", "fig09b.svg", "fig10a.svg", "fig10b.svg"];
+    let sections = vec![
+        Section::new("Where ours differs, and what could explain it", differences::blocks(paper)),
+        Section::new("Eigenvalues after discretisation (equation 13)", eigenvalues(paper)),
+        Section::new("The loop and its drift (section 4)", figures(&["fig03.svg", "fig04.svg"])),
+        Section::new(
+            "Which error index (section 5, Table 1)",
+            with(ranking(paper), &["fig05a.svg", "fig05b.svg"]),
+        ),
+        Section::new("The loop hides the drift (section 6.1)", figures(&["fig06.svg", "fig07.svg"])),
+        Section::new("The nominal relation (section 6.2)", with(baseline(paper), &["fig08a.svg"])),
+        Section::new("The detectors at work (section 6.3)", with(detection(paper), &detectors)),
+        Section::new(OVERLAP, overlap(paper)),
+        Section::new("Beyond the paper: detection delay at equal false-alarm rate", delay(paper)),
+        Section::new("Settings", made_with(paper)),
+    ];
+    Page {
+        title: "The paper, reproduced".into(),
+        verdict: verdict(paper),
+        command,
+        facts: facts(paper),
+        sections,
+    }
+}
+
+/// The heading that others point to.
+pub(super) const OVERLAP: &str = "Overlapping windows and false alarms, mended";
+
+fn figure(plate: &Plate) -> Block {
+    let caption =
+        format!("{}, ours. {} Beside the published one: {}", plate.name, plate.shows, plate.published);
+    Block::Picture { figure: plate.figure.clone(), caption }
+}
+
+fn facts(paper: &Paper) -> Vec<(String, String)> {
+    let fact = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+    vec![
+        fact(
+            "The paper",
+            "Monitoring Model Drift in Feedback-Controlled Systems via Efficacy and Efficiency Metrics: every table and figure \
+             of its results, ours beside the published values",
+        ),
+        fact(
+            "Made with",
+            "drift-sim's simulator, and the indices and detectors of drift-core's Monitor, the code that runs on a controller",
+        ),
+        fact("Seed", &paper.settings.seed.to_string()),
+        fact(
+            "Left open",
+            "what the paper leaves open stands under Settings; nothing was tuned until it agreed",
+        ),
     ]
-    .concat()
 }
 
-fn figure(plate: &Plate) -> String {
+fn verdict(paper: &Paper) -> String {
+    let (line, theirs) = (&paper.baseline.line, &published::BASELINE);
     format!(
-        "![{}]({})\n\n**{}, ours.** {} *Beside the published one:* {}\n\n",
-        plate.name, plate.file, plate.name, plate.shows, plate.published
-    )
-}
-
-fn opening(paper: &Paper) -> String {
-    format!(
-        "# The paper, reproduced\n\n\
-         *Monitoring Model Drift in Feedback-Controlled Systems via Efficacy and Efficiency Metrics*: every table and figure \
-         of its results, ours beside the published values, made by `drift paper --seed {}`. The loop is drift-sim's simulator; \
-         the indices and detectors are those of drift-core's `Monitor`, the code that runs on a controller. What the paper \
-         leaves open is listed [at the end](#settings); nothing was tuned until it agreed.\n\n",
-        paper.settings.seed
+        "The nominal relation comes out as J_e = {} + {} E_u against the published {} + {} E_u; textbook thresholds alarm in \
+         {:.0} % of healthy runs on the paper's overlapping windows; the effort channel finds a drift of 1 {:.1} times sooner than \
+         the paper's pair.",
+        significant(line.b0, 3),
+        significant(line.b1, 3),
+        significant(theirs.b0, 3),
+        significant(theirs.b1, 3),
+        alarmed_healthy(paper, 0),
+        times_faster(paper, 1.0).0,
     )
 }
 
@@ -114,7 +139,7 @@ pub(super) fn summary(paper: &Paper) -> String {
     )
 }
 
-fn eigenvalues(paper: &Paper) -> String {
+fn eigenvalues(paper: &Paper) -> Vec<Block> {
     let shown =
         |(re, im): &(f64, f64)| format!("{re:.4} {} {:.4}i", if *im < 0.0 { '-' } else { '+' }, im.abs());
     let rows: Vec<Vec<String>> = paper
@@ -123,12 +148,11 @@ fn eigenvalues(paper: &Paper) -> String {
         .zip(&published::EIGENVALUES)
         .map(|(ours, theirs)| vec![shown(ours), shown(theirs)])
         .collect();
-    format!("## Eigenvalues after discretisation (equation 13)\n\n{}", table(&["ours", "published"], &rows))
+    vec![Block::table(["ours", "published"], rows)]
 }
 
-fn ranking(paper: &Paper) -> String {
-    let mut text = String::from("## Which error index (section 5, Table 1)\n\n");
-    let Some(used) = paper.rankings.first() else { return text };
+fn ranking(paper: &Paper) -> Vec<Block> {
+    let Some(used) = paper.rankings.first() else { return Vec::new() };
     let rows = used.ranks.iter().map(|rank| {
         let theirs = published::RANKING.iter().find(|p| p.index == rank.index);
         let of = |pick: fn(&published::PublishedRank) -> f64| {
@@ -145,21 +169,23 @@ fn ranking(paper: &Paper) -> String {
         ]
     });
     let head = ["index", "delta_mu", "published", "delta_sigma", "published", "ratio", "published"];
-    let _ = write!(
-        text,
+    let grid = format!(
         "Grid: mu_max {:?}, sigma_growth {:?}, one 10 s run each with the same reference. sigma_growth is read as: {}. \
          delta_mu is the range of the index (mean over the run's windows) over mu_max at one sigma_growth, averaged \
-         over sigma_growth; delta_sigma the reverse.\n\n{}Other readings of what the paper leaves open:\n\n",
+         over sigma_growth; delta_sigma the reverse.",
         settings::MU_LEVELS,
         settings::SIGMA_LEVELS,
         used.reading.says,
-        table(&head, &rows.collect::<Vec<_>>()),
     );
-    text += &other_readings(paper.rankings.get(1..).unwrap_or(&[]));
-    text
+    vec![
+        Block::Text(grid),
+        Block::table(head, rows.collect()),
+        Block::Text("Other readings of what the paper leaves open:".into()),
+        other_readings(paper.rankings.get(1..).unwrap_or(&[])),
+    ]
 }
 
-fn other_readings(rankings: &[Ranking]) -> String {
+fn other_readings(rankings: &[Ranking]) -> Block {
     let rows: Vec<Vec<String>> = rankings
         .iter()
         .map(|ranking| {
@@ -179,10 +205,10 @@ fn other_readings(rankings: &[Ranking]) -> String {
             vec![ranking.reading.says.to_owned(), order.join("; ")]
         })
         .collect();
-    table(&["reading", "delta_mu / delta_sigma, best first"], &rows)
+    Block::table(["reading", "delta_mu / delta_sigma, best first"], rows)
 }
 
-fn baseline(paper: &Paper) -> String {
+fn baseline(paper: &Paper) -> Vec<Block> {
     let (line, theirs) = (&paper.baseline.line, &published::BASELINE);
     let [b0, b1, r2, rmse] = over(&paper.baseline.over_seeds);
     let [other_b0, other_b1, other_r2, other_rmse] = over(&paper.baseline.with_other_kp);
@@ -203,17 +229,16 @@ fn baseline(paper: &Paper) -> String {
     ];
     let over_seeds = format!("ours over {} seeds: mean (range)", paper.settings.repeats);
     let other_kp = format!("the same with K_p = {}", settings::OTHER_KP);
-    format!(
-        "## The nominal relation (section 6.2)\n\n{}ITAE over IAE is {:.2} s here (window {} s); Table 1's published \
-         delta_mu have 1.58. The plain intervals take the windows as independent, as the \
-         paper's seem to; they overlap, and the honest intervals are wider.\n\n",
-        table(&["", "ours", "published", &over_seeds, &other_kp], &rows),
+    let note = format!(
+        "ITAE over IAE is {:.2} s here (window {} s); Table 1's published delta_mu have 1.58. The plain intervals take the \
+         windows as independent, as the paper's seem to; they overlap, and the honest intervals are wider.",
         paper.baseline.itae_per_iae,
         settings::WINDOW_S,
-    )
+    );
+    vec![Block::table(["", "ours", "published", &over_seeds, &other_kp], rows.into()), Block::Text(note)]
 }
 
-fn detection(paper: &Paper) -> String {
+fn detection(paper: &Paper) -> Vec<Block> {
     let rows: Vec<Vec<String>> = paper
         .detection
         .iter()
@@ -249,16 +274,15 @@ fn detection(paper: &Paper) -> String {
         "the monitor's verdict",
         "published",
     ];
-    format!(
-        "## The detectors at work (section 6.3)\n\nIn each cell: the run of the figures; then mean (range) over {} seeds. The \
-         monitored run has the baseline run's reference. Thresholds are the textbook's: CUSUM k = {}, h = {}; SPRT for one \
-         sigma, alpha = beta = {}.\n\n{}",
+    let how = format!(
+        "In each cell: the run of the figures; then mean (range) over {} seeds. The monitored run has the baseline run's \
+         reference. Thresholds are the textbook's: CUSUM k = {}, h = {}; SPRT for one sigma, alpha = beta = {}.",
         paper.settings.repeats,
         settings::CUSUM_K,
         settings::CUSUM_H,
         settings::SPRT_ERROR,
-        table(&head, &rows),
-    )
+    );
+    vec![Block::Text(how), Block::table(head, rows)]
 }
 
 pub(super) fn monitor_says(case: Option<&DetectionCase>) -> String {
@@ -276,7 +300,7 @@ pub(super) fn monitor_says(case: Option<&DetectionCase>) -> String {
     }
 }
 
-fn overlap(paper: &Paper) -> String {
+fn overlap(paper: &Paper) -> Vec<Block> {
     let study = &paper.overlap;
     let rows: Vec<Vec<String>> = study
         .charts
@@ -290,14 +314,10 @@ fn overlap(paper: &Paper) -> String {
             ]
         })
         .collect();
-    format!(
-        "## Overlapping windows and false alarms, mended\n\nWindows of {} s every {} s share five sixths of their samples: \
-         the residuals of neighbours correlate by {} over {} healthy runs. Without overlap it is {:.3}. A CUSUM with k = 0.5, \
-         h = 5 alarms once in {:.0} independent decisions; on these windows it takes {} decisions. All rows: healthy \
-         runs, the same seeds.\n\n{}The first three rows are the trouble, rows 5 to 7 mend it with exact knowledge of the healthy loop, the last two with what one healthy \
-         recording gives; `drift calibrate` is cautious on purpose, so that nine of ten calibrations keep the promise. What theory promises \
-         for independent normal residuals is {:.0} s in row 4 and {} s in row 5; the indices are skewed, hence \
-         less.\n\n",
+    let trouble = format!(
+        "Windows of {} s every {} s share five sixths of their samples: the residuals of neighbours correlate by {} over {} \
+         healthy runs. Without overlap it is {:.3}. A CUSUM with k = 0.5, h = 5 alarms once in {:.0} independent decisions; on \
+         these windows it takes {} decisions. All rows: healthy runs, the same seeds.",
         settings::WINDOW_S,
         settings::HOP_S,
         ranged(&study.lag1_overlapping, 2),
@@ -309,16 +329,20 @@ fn overlap(paper: &Paper) -> String {
             .get(2)
             .and_then(|c| c.between_s)
             .map_or(String::new(), |s| format!("{:.0}", s.mean / settings::HOP_S)),
-        table(
-            &["CUSUM, k = 0.5", "h", "healthy 100 s runs with an alarm", "time between false alarms, s"],
-            &rows
-        ),
+    );
+    let mended = format!(
+        "The first three rows are the trouble, rows 5 to 7 mend it with exact knowledge of the healthy loop, the last two with \
+         what one healthy recording gives; drift calibrate is cautious on purpose, so that nine of ten calibrations keep the \
+         promise. What theory promises for independent normal residuals is {:.0} s in row 4 and {} s in row 5; the indices are \
+         skewed, hence less.",
         study.textbook_arl0 * settings::WINDOW_S,
         settings::FALSE_ALARM_EVERY_S,
-    )
+    );
+    let head = ["CUSUM, k = 0.5", "h", "healthy 100 s runs with an alarm", "time between false alarms, s"];
+    vec![Block::Text(trouble), Block::table(head, rows), Block::Text(mended)]
 }
 
-fn delay_table(results: &[SchemeResult], of: impl Fn(&SchemeResult) -> &[Delay]) -> String {
+fn delay_table(results: &[SchemeResult], of: impl Fn(&SchemeResult) -> &[Delay]) -> Block {
     let mut head = vec!["mu_max".to_owned()];
     head.extend(results.iter().map(|r| r.scheme.says.to_owned()));
     let levels =
@@ -339,14 +363,14 @@ fn delay_table(results: &[SchemeResult], of: impl Fn(&SchemeResult) -> &[Delay])
             std::iter::once(significant_level(*mu)).chain(cells).collect()
         })
         .collect();
-    table(&head.iter().map(String::as_str).collect::<Vec<_>>(), &rows)
+    Block::table(head, rows)
 }
 
 fn significant_level(mu: f64) -> String {
     if mu == 0.0 { "0 (false alarms)".into() } else { mu.to_string() }
 }
 
-fn delay(paper: &Paper) -> String {
+fn delay(paper: &Paper) -> Vec<Block> {
     let study = &paper.delay;
     let thresholds: Vec<Vec<String>> = study
         .schemes
@@ -365,31 +389,43 @@ fn delay(paper: &Paper) -> String {
             vec![e.channel.to_owned(), mean, last, format!("{:.2}", e.lag1)]
         })
         .collect();
-    format!(
-        "## Beyond the paper: detection delay at equal false-alarm rate\n\nA drift grows to mu_max in {} s. Every scheme is a \
-         CUSUM (k = 0.5) on residuals of the same monitor, its threshold set on {} s of healthy runs to one false alarm per \
-         {} s; verified on as much fresh operation:\n\n{}Delay from the onset in s: mean \u{b1} standard error; median; share \
-         found within the ramp's {} s. {} runs each, watched for {} s from the onset; > where some had not alarmed by then.\n\n\
-         The drift holds at mu_max after its ramp:\n\n{}It goes on growing at the same rate:\n\n{}How far each residual moves \
-         in one run of 100 s with mu_max = 1, in standard deviations of a healthy window, and why the thresholds differ (the \
-         residuals of neighbouring windows correlate though these don't overlap):\n\n{}While the drift grows, e has an offset \
-         of its rate over the loop's velocity gain. That raises J_e just as the effort raises E_u, so a point of the \
-         paper's pair moves along its own line: the pair is nearly blind to a slow ramp. Its overlapping windows change \
-         nothing. The effort channel sees the drift itself.\n\n",
+    let schemes = format!(
+        "A drift grows to mu_max in {} s. Every scheme is a CUSUM (k = 0.5) on residuals of the same monitor, its threshold set on \
+         {} s of healthy runs to one false alarm per {} s; verified on as much fresh operation:",
         settings::LONG_RUN_S,
         paper.settings.streams * paper.settings.stream_s,
         settings::FALSE_ALARM_EVERY_S,
-        table(&["scheme", "hop, s", "h", "time between false alarms on fresh runs, s"], &thresholds),
+    );
+    let cells = format!(
+        "Delay from the onset in s: mean \u{b1} standard error; median; share found within the ramp's {} s. {} runs each, watched \
+         for {} s from the onset; > where some had not alarmed by then.",
         settings::LONG_RUN_S,
         study.runs,
         settings::DELAY_CAP_S,
+    );
+    let text = |text: &str| Block::Text(text.into());
+    vec![
+        Block::Text(schemes),
+        Block::table(["scheme", "hop, s", "h", "time between false alarms on fresh runs, s"], thresholds),
+        Block::Text(cells),
+        text("The drift holds at mu_max after its ramp:"),
         delay_table(&study.schemes, |r| &r.holding),
+        text("It goes on growing at the same rate:"),
         delay_table(&study.schemes, |r| &r.going_on),
-        table(&["channel", "mean over the run", "last window", "lag-1 correlation in health"], &effects),
-    )
+        text(
+            "How far each residual moves in one run of 100 s with mu_max = 1, in standard deviations of a healthy window, and why \
+             the thresholds differ (the residuals of neighbouring windows correlate though these don't overlap):",
+        ),
+        Block::table(["channel", "mean over the run", "last window", "lag-1 correlation in health"], effects),
+        text(
+            "While the drift grows, e has an offset of its rate over the loop's velocity gain. That raises J_e just as the effort \
+             raises E_u, so a point of the paper's pair moves along its own line: the pair is nearly blind to a slow ramp. Its \
+             overlapping windows change nothing. The effort channel sees the drift itself.",
+        ),
+    ]
 }
 
-fn made_with(paper: &Paper) -> String {
+fn made_with(paper: &Paper) -> Vec<Block> {
     let s = &paper.settings;
     let rows = [
         (
@@ -454,5 +490,5 @@ fn made_with(paper: &Paper) -> String {
         .into_iter()
         .map(|(by, what, how): (&str, &str, String)| vec![by.into(), what.into(), how])
         .collect();
-    format!("## Settings\n\n{}", table(&["", "what", "used here"], &rows))
+    vec![Block::table(["", "what", "used here"], rows)]
 }

@@ -40,7 +40,7 @@ pub(super) fn figure(figure: &Figure) -> Result<String> {
 
 fn y_axis(panel: &Panel, figure: &Figure) -> Axis {
     let ticks = (f64::from(figure.panel_height_px) / 28.0) as usize;
-    Axis::over(y_values(panel), panel.y_range, panel.y_log, 0.05, ticks.clamp(2, 10))
+    Axis::over(y_values(panel), panel.y_range, panel.y_log, 0.05, ticks.clamp(2, 10)).named(&panel.y_names)
 }
 
 fn x_axis(figure: &Figure, index: usize, width: f64) -> Axis {

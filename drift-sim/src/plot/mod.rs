@@ -53,6 +53,21 @@ impl Colour {
         ORDER[i % ORDER.len()]
     }
 
+    /// Its name in reports, where the reader's light or dark page chooses the shade.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Black => "black",
+            Self::Grey => "grey",
+            Self::Blue => "blue",
+            Self::Vermilion => "vermilion",
+            Self::Green => "green",
+            Self::Orange => "orange",
+            Self::Sky => "sky",
+            Self::Purple => "purple",
+            Self::Yellow => "yellow",
+        }
+    }
+
     pub(self) fn rgb(self) -> (u8, u8, u8) {
         match self {
             Self::Black => (0, 0, 0),
@@ -219,6 +234,8 @@ pub struct Panel {
     pub y_log: bool,
     /// Names at places on the x axis, instead of numbers.
     pub x_names: Vec<(f64, String)>,
+    /// Names at places on the y axis, instead of numbers.
+    pub y_names: Vec<(f64, String)>,
     /// Where the legend stands.
     pub legend: LegendPosition,
 }

@@ -25,6 +25,15 @@ impl Default for ColumnMap {
     }
 }
 
+impl ColumnMap {
+    /// r, y and u as reports name them: with the column's name where it is another, `y (PV)`.
+    pub fn labels(&self) -> [String; 3] {
+        [("r", &self.r), ("y", &self.y), ("u", &self.u)].map(|(letter, column)| {
+            if letter == column { letter.to_owned() } else { format!("{letter} ({column})") }
+        })
+    }
+}
+
 impl FromStr for ColumnMap {
     type Err = Error;
 
@@ -67,6 +76,7 @@ mod tests {
     fn names_are_mapped_and_the_rest_keeps_its_letter() {
         let map: ColumnMap = "t=time, y=PV".parse().unwrap();
         assert_eq!((map.t.as_deref(), map.r.as_str(), map.y.as_str()), (Some("time"), "r", "PV"));
+        assert_eq!(map.labels(), ["r", "y (PV)", "u"]);
         assert_eq!("t=".parse::<ColumnMap>().unwrap().t, None);
     }
 

@@ -7,12 +7,13 @@ use clap::{Args, ValueEnum};
 use drift_core::Index;
 use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
 use drift_sim::recording::Recording;
-use drift_sim::{Error, Result, output};
+use drift_sim::{Error, Result, output, report};
 
 use crate::recording_arguments::RecordingArguments;
 
 /// Learns what healthy looks like: each channel's line, and thresholds for a wanted time between false alarms.
 #[derive(Args)]
+#[command(after_help = "Example: drift calibrate healthy.csv -o baseline.toml --report healthy.html")]
 pub struct Arguments {
     /// Healthy recordings of one loop, all of one sample time
     #[arg(value_name = "HEALTHY.csv", required = true)]
@@ -69,6 +70,9 @@ pub struct Arguments {
     /// All numbers of the calibration as JSON
     #[arg(long, value_name = "F.json")]
     json: Option<PathBuf>,
+    /// A page for people: one HTML file that needs nothing else, with charts to zoom into
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     #[command(flatten)]
     recording: RecordingArguments,
 }
@@ -105,8 +109,8 @@ enum Detector {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let options = options(arguments)?;
-    let outputs =
-        [Some(&arguments.output), arguments.rust.as_ref(), arguments.c.as_ref(), arguments.json.as_ref()];
+    let Arguments { output: baseline, rust, c, json, report: page, .. } = arguments;
+    let outputs = [Some(baseline), rust.as_ref(), c.as_ref(), json.as_ref(), page.as_ref()];
     let to_standard = outputs.iter().flatten().filter(|path| path.as_path() == Path::new("-")).count();
     if to_standard > 1 {
         return Err(Error::new("two outputs are '-'").allowed("one at most"));
@@ -132,6 +136,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let text = serde_json::to_string_pretty(&calibration.to_json())
             .map_err(|e| Error::new(format!("JSON can't be written: {e}")))?;
         output::write_text(path, &format!("{text}\n"))?;
+    }
+    if let Some(path) = page {
+        let command = report::command_line(std::env::args_os());
+        calibration.page(&signals, &arguments.recording.columns(), command).write(path)?;
     }
     if to_standard == 0 {
         output::write_text(Path::new("-"), &calibration.to_text())?;

@@ -8,12 +8,12 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::calibrate::{Options, Signals, calibrate};
 use drift_sim::control_loop::Loop;
-use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, screen, watch};
+use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, page, screen, watch};
 use drift_sim::physics::Term;
 use drift_sim::recording::{ReadOptions, RecordingStream, uniform_times_s, write_csv};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Start, Trace, simulate};
-use drift_sim::{Error, Result, output};
+use drift_sim::{Error, Result, output, report};
 
 const OVEN: &str = include_str!("../../../../examples/loops/oven.toml");
 const HOUR_S: f64 = 3600.0;
@@ -25,7 +25,7 @@ const DRIFT_PER_HOUR: f64 = 0.1;
 /// Shows the whole path on a made recording: a hidden sensor drift, caught.
 #[derive(Args)]
 pub struct Arguments {
-    /// Folder for the recording, the baseline and the picture; made if missing
+    /// Folder for the recording, the baseline, the picture and the report; made if missing
     #[arg(long, value_name = "DIR", default_value = "drift-demo")]
     out: PathBuf,
     /// All noise and the set-points follow from this number
@@ -44,8 +44,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let (healthy_r, healthy) = run_oven(&oven, HEALTHY_S, arguments.seed)?;
     let (r, run) = run_oven(&drifting, MONITORED_S, arguments.seed.wrapping_add(1))?;
-    let [recording, baseline_path, picture] =
-        ["recording.csv", "baseline.toml", "demo.svg"].map(|name| folder.join(name));
+    let [recording, baseline_path, picture, report_path] =
+        ["recording.csv", "baseline.toml", "demo.svg", "report.html"].map(|name| folder.join(name));
     let t = uniform_times_s(0.0, oven.sample_time_s, r.len());
     write_csv(&recording, &[("t", &t), ("r", &r), ("y", &run.y), ("u", &run.u)])?;
 
@@ -64,13 +64,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let config = baseline.config()?;
     let mut chart = Chart::new(&config);
-    let mut stream = RecordingStream::open(&recording, &ReadOptions::default())?;
+    let options = ReadOptions::default();
+    let mut stream = RecordingStream::open(&recording, &options)?;
     let outputs = Outputs { chart: Some(&mut chart), ..Outputs::default() };
     let summary = watch(&mut stream, &config, outputs).map_err(|stopped| match stopped {
         Stopped::Input(error) => error,
         Stopped::Writing(error) => Error::new(format!("can't be written: {error}")),
     })?;
     chart.figure(&summary).write_svg(&picture)?;
+    let command = report::command_line(std::env::args_os());
+    page(&summary, &chart, &baseline, &options.columns, command).write(&report_path)?;
 
     println!(
         "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:",
@@ -79,10 +82,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     println!("by the end the oven is {:.1} degC off, and y still shows the set-point.\n", true_offset(&run));
     print!("{}", screen(&summary, baseline.promise.as_ref()));
     println!(
-        "\nrecording  {}\nbaseline   {}\npicture    {}",
+        "\nrecording  {}\nbaseline   {}\npicture    {}\nreport     {}",
         recording.display(),
         baseline_path.display(),
-        picture.display()
+        picture.display(),
+        report_path.display()
     );
     let caught = summary.reaches(FailOn::Suspect);
     Ok(if caught { ExitCode::SUCCESS } else { ExitCode::FAILURE })

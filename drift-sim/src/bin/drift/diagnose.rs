@@ -8,12 +8,14 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
 use drift_sim::recording::Recording;
+use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
 
 use crate::recording_arguments::RecordingArguments;
 
 /// Finds, names, models and proves the physics that a simulation left out of a recorded loop.
 #[derive(Args)]
+#[command(after_help = "Example: drift diagnose run.csv --loop loop.toml --report run.html")]
 pub struct Arguments {
     /// The recording (CSV)
     recording: PathBuf,
@@ -29,8 +31,8 @@ pub struct Arguments {
     /// Write the improved loop file
     #[arg(long, value_name = "OUT.toml")]
     model: Option<PathBuf>,
-    /// A page for people: one HTML file that needs nothing else
-    #[arg(long, value_name = "FILE.html")]
+    /// A page for people: one HTML file that needs nothing else, with charts to zoom into
+    #[arg(long, value_name = "OUT.html")]
     report: Option<PathBuf>,
     /// Healthy recordings that the nominal numbers (or the identified plant) come from
     #[arg(long, value_name = "H.csv", num_args = 1..)]
@@ -55,9 +57,17 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         output::write_text(path, &found.improved.to_toml())?;
     }
     if let Some(path) = &arguments.report {
-        let name = arguments.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
-        let shown = holdout.as_ref().unwrap_or(&train);
-        output::write_text(path, &page::html(&found, &model, &train, shown, &name)?)?;
+        let columns = arguments.reading.columns();
+        let case = page::Case {
+            nominal: &model,
+            train: &train,
+            holdout: holdout.as_ref(),
+            recording: &arguments.recording,
+            loop_file: &arguments.loop_file,
+            holdout_file: arguments.holdout.as_deref(),
+            columns: &columns,
+        };
+        page::page(&found, &case, command_line(std::env::args_os())).write(path)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());

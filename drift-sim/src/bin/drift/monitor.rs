@@ -7,9 +7,9 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use drift_core::Config;
 use drift_sim::baseline_file::BaselineFile;
-use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, screen, watch};
+use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, page, screen, watch};
 use drift_sim::recording::RecordingStream;
-use drift_sim::{Error, Result, output};
+use drift_sim::{Error, Result, output, report};
 
 use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
@@ -18,6 +18,7 @@ use crate::recording_arguments::RecordingArguments;
 ///
 /// Exit code 3 where --fail-on's level is reached.
 #[derive(Args)]
+#[command(after_help = "Example: drift monitor run.csv --baseline baseline.toml --report run.html")]
 pub struct Arguments {
     /// The recording (CSV); - is standard input
     recording: PathBuf,
@@ -31,6 +32,9 @@ pub struct Arguments {
     /// Draw the signals, the residuals and the events
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// A page for people: one HTML file that needs nothing else, with charts to zoom into
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     /// Exit with code 3 at any event (disturbance), at one that is still open or a drift (suspect), or at a drift only
     #[arg(long, value_enum, value_name = "LEVEL")]
     fail_on: Option<Level>,
@@ -56,14 +60,16 @@ impl From<Level> for FailOn {
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
-    let standard_output = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
-    if standard_output(&arguments.json) && standard_output(&arguments.plot) {
-        return Err(Error::new("--json and --plot can't both be standard output"));
+    let outputs = [&arguments.json, &arguments.plot, &arguments.report];
+    let to_standard = outputs.iter().filter(|path| path.as_deref() == Some(Path::new("-"))).count();
+    if to_standard > 1 {
+        return Err(Error::new("two of --json, --plot and --report are '-'").allowed("one at most"));
     }
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
     let mut stream = RecordingStream::open(&arguments.recording, &arguments.reading.read_options())?;
-    let mut chart = arguments.plot.as_ref().map(|_| Chart::new(&config));
+    let drawn = arguments.plot.is_some() || arguments.report.is_some();
+    let mut chart = drawn.then(|| Chart::new(&config));
     let Some(summary) = watch_all(&mut stream, &config, chart.as_mut(), arguments.json.as_deref())? else {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.
         return Ok(ExitCode::SUCCESS);
@@ -71,7 +77,11 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     if let (Some(chart), Some(path)) = (&chart, &arguments.plot) {
         chart.figure(&summary).write_svg(path)?;
     }
-    if !standard_output(&arguments.json) && !standard_output(&arguments.plot) {
+    if let (Some(chart), Some(path)) = (&chart, &arguments.report) {
+        let columns = arguments.reading.columns();
+        page(&summary, chart, &baseline, &columns, report::command_line(std::env::args_os())).write(path)?;
+    }
+    if to_standard == 0 {
         let text = screen(&summary, baseline.promise.as_ref());
         output::write_text(Path::new("-"), &text)?;
     }

@@ -6,13 +6,15 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::Result;
 use drift_sim::paper::{Paper, Settings, make_folder};
+use drift_sim::report::command_line;
 
 use crate::progress::Progress;
 
 /// Reproduces the paper: its tables and figures, ours beside the published values, and what lies beyond.
 ///
-/// Writes paper.md (one page with everything), paper.json (every number) and the figures as SVG.
+/// Writes paper.html (one page with everything, which needs nothing else), paper.json (every number) and the figures as SVG.
 #[derive(Args)]
+#[command(after_help = "Example: drift paper --out paper")]
 pub struct Arguments {
     /// The folder to write to; made if it is missing.
     #[arg(long, value_name = "DIR", default_value = "paper")]
@@ -29,11 +31,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let progress = Progress::of_steps("simulating", settings.steps());
     let paper = Paper::reproduce(&settings, &|| progress.step())?;
     drop(progress);
-    paper.write(&arguments.out)?;
+    paper.write(&arguments.out, command_line(std::env::args_os()))?;
     println!("{}", paper.summary());
     println!(
         "written: {}, paper.json and {} figures beside it",
-        arguments.out.join("paper.md").display(),
+        arguments.out.join("paper.html").display(),
         paper.figure_files().count()
     );
     Ok(ExitCode::SUCCESS)

@@ -22,10 +22,15 @@ pub struct RecordingArguments {
 }
 
 impl RecordingArguments {
+    /// Which column is which signal.
+    pub fn columns(&self) -> ColumnMap {
+        self.columns.clone().unwrap_or_default()
+    }
+
     /// The library's options, with no further columns asked for.
     pub fn read_options(&self) -> ReadOptions {
         ReadOptions {
-            columns: self.columns.clone().unwrap_or_default(),
+            columns: self.columns(),
             sample_time_s: self.sample_time,
             resample_s: self.resample,
             when: self.when.clone(),

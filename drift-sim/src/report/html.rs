@@ -1,0 +1,204 @@
+//! The page's HTML.
+
+use std::fmt::Write as _;
+
+use super::{Block, Chart, Page, Section, Table, chart_data, escape};
+use crate::Result;
+use crate::plot::Figure;
+
+const STYLE: &str = include_str!("style.css");
+const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
+const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
+const CHARTS: &str = include_str!("charts.js");
+/// Nothing is loaded from anywhere, not even if some text should become markup.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+/// Points of all lines of a page together: about ten characters each.
+const MOST_POINTS: usize = 400_000;
+/// Points of one line: several for each pixel of a screen.
+const MOST_PER_LINE: usize = 32_768;
+/// However many lines there are: about one for each pixel.
+const LEAST_PER_LINE: usize = 1000;
+
+pub(super) fn write(page: &Page) -> Result<String> {
+    let lengths: Vec<usize> = page.sections.iter().flat_map(|s| line_lengths(&s.blocks)).collect();
+    let mut writer = Writer { body: String::new(), figures: Vec::new(), most: longest_line(&lengths) };
+    writer.head(page);
+    for (i, section) in page.sections.iter().enumerate() {
+        writer.section(i, section)?;
+    }
+    Ok(writer.whole(page))
+}
+
+/// Points of each line of all charts among the blocks.
+fn line_lengths(blocks: &[Block]) -> Vec<usize> {
+    let of = |block: &Block| match block {
+        Block::Chart(chart) => chart_data::line_lengths(&chart.figure).collect(),
+        Block::Folded { blocks, .. } => line_lengths(blocks),
+        _ => Vec::new(),
+    };
+    blocks.iter().flat_map(of).collect()
+}
+
+/// Points that a line may keep so that all together fit the page; short ones leave their share to the long ones.
+fn longest_line(lengths: &[usize]) -> usize {
+    let total = |most: usize| lengths.iter().map(|length| length.min(&most)).sum::<usize>();
+    let mut most = MOST_PER_LINE;
+    while most > LEAST_PER_LINE && total(most) > MOST_POINTS {
+        most -= most / 8;
+    }
+    most
+}
+
+struct Writer {
+    body: String,
+    /// As JSON, in the order of the figures' numbers.
+    figures: Vec<String>,
+    /// Points of a line at most.
+    most: usize,
+}
+
+impl Writer {
+    /// Adds markup; writing to a String can't fail.
+    fn put(&mut self, markup: std::fmt::Arguments<'_>) {
+        let _ = self.body.write_fmt(markup);
+    }
+
+    fn head(&mut self, page: &Page) {
+        let (title, verdict) = (escape::text(&page.title), escape::text(&page.verdict));
+        self.put(format_args!("<header><h1>{title}</h1>\n<p class=\"verdict\">{verdict}</p>\n"));
+        if !page.facts.is_empty() {
+            self.body.push_str("<dl>");
+            for (name, value) in &page.facts {
+                self.put(format_args!("<dt>{}</dt><dd>{}</dd>", escape::text(name), escape::text(value)));
+            }
+            self.body.push_str("</dl>\n");
+        }
+        if !page.command.is_empty() {
+            self.put(format_args!(
+                "<pre class=\"command\"><code>{}</code></pre>\n",
+                escape::text(&page.command)
+            ));
+        }
+        self.body.push_str("</header>\n<nav aria-label=\"Contents\"><ul>");
+        for (i, section) in page.sections.iter().enumerate() {
+            self.put(format_args!("<li><a href=\"#s{i}\">{}</a></li>", escape::text(&section.title)));
+        }
+        self.body.push_str("</ul></nav>\n<main>\n");
+    }
+
+    fn section(&mut self, number: usize, section: &Section) -> Result<()> {
+        self.put(format_args!("<section id=\"s{number}\"><h2>{}</h2>\n", escape::text(&section.title)));
+        section.blocks.iter().try_for_each(|block| self.block(block))?;
+        self.body.push_str("</section>\n");
+        Ok(())
+    }
+
+    fn block(&mut self, block: &Block) -> Result<()> {
+        match block {
+            Block::Text(text) => self.put(format_args!("<p>{}</p>\n", escape::text(text))),
+            Block::Note(text) => self.put(format_args!("<p class=\"note\">{}</p>\n", escape::text(text))),
+            Block::List(items) => {
+                self.body.push_str("<ul>");
+                for item in items {
+                    self.put(format_args!("<li>{}</li>", escape::text(item)));
+                }
+                self.body.push_str("</ul>\n");
+            }
+            Block::Table(table) => self.table(table),
+            Block::Folded { title, blocks } => {
+                self.put(format_args!("<details><summary>{}</summary>\n", escape::text(title)));
+                blocks.iter().try_for_each(|block| self.block(block))?;
+                self.body.push_str("</details>\n");
+            }
+            Block::Chart(chart) => self.chart(chart)?,
+            Block::Picture { figure, caption } => {
+                let (svg, caption) = (svg(figure)?, escape::text(caption));
+                self.put(format_args!(
+                    "<figure class=\"picture\">{svg}<figcaption>{caption}</figcaption></figure>\n"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn table(&mut self, table: &Table) {
+        let numeric: Vec<bool> = (0..table.head.len())
+            .map(|i| table.rows.iter().filter_map(|row| row.get(i)).all(|cell| is_number(cell)))
+            .collect();
+        let class = |i: usize| if numeric.get(i) == Some(&true) { " class=\"n\"" } else { "" };
+        self.body.push_str("<div class=\"wide\" tabindex=\"0\"><table><thead><tr>");
+        for (i, head) in table.head.iter().enumerate() {
+            self.put(format_args!("<th scope=\"col\"{}>{}</th>", class(i), escape::text(head)));
+        }
+        self.body.push_str("</tr></thead><tbody>\n");
+        for row in &table.rows {
+            self.body.push_str("<tr>");
+            for (i, cell) in row.iter().enumerate() {
+                self.put(format_args!("<td{}>{}</td>", class(i), escape::text(cell)));
+            }
+            self.body.push_str("</tr>\n");
+        }
+        self.body.push_str("</tbody></table></div>\n");
+    }
+
+    /// An empty place that the script fills; without a script, the same chart as a picture.
+    fn chart(&mut self, chart: &Chart) -> Result<()> {
+        let (data, thinned) = chart_data::of(&chart.figure, chart.axis.as_deref(), self.most);
+        let json = serde_json::to_string(&data)
+            .map_err(|e| crate::Error::new(format!("the chart can't be written: {e}")))?;
+        let (number, caption) = (self.figures.len(), escape::text(&chart.caption));
+        self.figures.push(json);
+        let note = thinned.map_or(String::new(), |(before, after)| {
+            format!(
+                " <span class=\"note\">Lines of {before} points are drawn with {after}: the least and the greatest value of \
+                 each stretch.</span>"
+            )
+        });
+        let svg = svg(&chart.figure)?;
+        self.put(format_args!(
+            "<figure class=\"chart\" id=\"f{number}\" data-figure=\"{number}\"><div class=\"panels\"></div>\
+             <noscript><p>Zoom and cursor need JavaScript; this is the same chart as a picture.</p>{svg}</noscript>\
+             <figcaption>{caption}{note}</figcaption></figure>\n"
+        ));
+        Ok(())
+    }
+
+    fn whole(self, page: &Page) -> String {
+        let title = escape::text(&page.title);
+        let figures = escape::json(&self.figures.join(",\n"));
+        let scripts = if self.figures.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "<script type=\"application/json\" id=\"figures\">[{figures}]</script>\n<script>{UPLOT}</script>\n\
+                 <script>\n{CHARTS}</script>\n"
+            )
+        };
+        let version = env!("CARGO_PKG_VERSION");
+        let body = self.body;
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <title>{title}</title>\n<style>{UPLOT_STYLE}\n{STYLE}</style></head>\n<body>\n{body}</main>\n\
+             <footer>drift {version}</footer>\n{scripts}</body></html>\n"
+        )
+    }
+}
+
+/// A picture within the page: without the declaration that a file of its own begins with.
+fn svg(figure: &Figure) -> Result<String> {
+    let svg = figure.to_svg()?;
+    Ok(svg.find("<svg").and_then(|at| svg.get(at..)).unwrap_or_default().to_owned())
+}
+
+/// Whether a cell is a number, a range of numbers or nothing.
+fn is_number(cell: &str) -> bool {
+    let signs = ['-', '+', '\u{2013}', '\u{2212}', '>', '<', '%', '\u{b1}'];
+    cell.split([' ', ';', ',', '(', ')']).all(|word| {
+        let word = word.trim_matches(signs);
+        word.is_empty() || word == "to" || word.parse::<f64>().is_ok()
+    })
+}

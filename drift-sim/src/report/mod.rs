@@ -1,0 +1,124 @@
+//! Reports: one HTML file that needs nothing else, for every command that writes one.
+//!
+//! A command describes its [`Page`] as data: sections of text, tables and charts. How it looks, how a chart is zoomed, and
+//! that no text from a file can become markup is decided here, in one place. The file loads nothing from anywhere; its
+//! Content-Security-Policy forbids it. Axes, lines and cursor are drawn by uPlot (`uplot/README.md`), the rest by `charts.js`.
+
+mod chart_data;
+mod command_line;
+mod escape;
+mod html;
+mod number;
+mod plane;
+
+pub use command_line::command_line;
+pub use number::{interval, number};
+pub use plane::{Cloud, Moved, axis_names, plane};
+
+use crate::plot::Figure;
+use crate::{Result, output};
+
+/// A whole report. Every text is plain text: what looks like markup is shown as it stands.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Page {
+    /// Its name, over everything and in the browser's tab.
+    pub title: String,
+    /// What was found, in a sentence or two.
+    pub verdict: String,
+    /// The command line that made it.
+    pub command: String,
+    /// What it is about: a name and its value each.
+    pub facts: Vec<(String, String)>,
+    /// In reading order.
+    pub sections: Vec<Section>,
+}
+
+/// A heading and what stands under it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    /// The heading.
+    pub title: String,
+    /// In reading order.
+    pub blocks: Vec<Block>,
+}
+
+impl Section {
+    /// A section.
+    pub fn new(title: impl Into<String>, blocks: Vec<Block>) -> Self {
+        Self { title: title.into(), blocks }
+    }
+}
+
+/// A piece of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Block {
+    /// A paragraph.
+    Text(String),
+    /// A paragraph of small print.
+    Note(String),
+    /// Points, one a line.
+    List(Vec<String>),
+    /// A table.
+    Table(Table),
+    /// Shown when its title is clicked, and in print.
+    Folded {
+        /// Always seen.
+        title: String,
+        /// What is folded.
+        blocks: Vec<Block>,
+    },
+    /// A chart with zoom and cursor.
+    Chart(Chart),
+    /// A chart as a picture.
+    Picture {
+        /// What is drawn.
+        figure: Figure,
+        /// Under it.
+        caption: String,
+    },
+}
+
+impl Block {
+    /// A table.
+    pub fn table<H: Into<String>>(head: impl IntoIterator<Item = H>, rows: Vec<Vec<String>>) -> Self {
+        Self::Table(Table { head: head.into_iter().map(Into::into).collect(), rows })
+    }
+}
+
+/// Rows of cells under a head. A column whose cells are all numbers is set to the right.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// One text a column.
+    pub head: Vec<String>,
+    /// Each as long as the head.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A chart that can be zoomed, panned and read with a cursor. Lines run from left to right: x rises.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// What is drawn; panels with a shared x are zoomed together.
+    pub figure: Figure,
+    /// Under it: what it shows.
+    pub caption: String,
+    /// Charts of one page that name the same axis are zoomed together; x of their figures is shared then.
+    pub axis: Option<String>,
+}
+
+impl Page {
+    /// The page as HTML.
+    ///
+    /// # Errors
+    /// A chart can't be drawn, which none is known to cause.
+    pub fn to_html(&self) -> Result<String> {
+        html::write(self)
+    }
+
+    /// Writes the page, whole or not at all; `-` is standard output.
+    ///
+    /// # Errors
+    /// The file can't be written.
+    pub fn write(&self, path: &std::path::Path) -> Result<()> {
+        output::write_text(path, &self.to_html()?)
+    }
+}

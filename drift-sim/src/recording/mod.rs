@@ -4,13 +4,22 @@
 //! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the
 //! rest is one line with the number of the line it is about.
 
+mod choice;
+mod clock;
 mod columns;
 mod csv;
+mod decimal;
+mod format;
+mod guess;
+mod gzip;
+mod matlab;
 mod quality;
 mod resample;
+mod row;
 mod sampling;
 mod stamp;
 mod stream;
+mod table;
 mod when;
 mod write;
 
@@ -170,7 +179,7 @@ impl Recording {
         }
         self.extra.iter().find(|(n, _)| n == name).map(|(_, values)| values.as_slice()).ok_or_else(|| {
             let there = ["r", "y", "u"].into_iter().chain(self.extra.iter().map(|(n, _)| n.as_str()));
-            csv::no_column(name, "a signal", there).in_file(&self.name)
+            choice::no_column(name, "a signal", there).in_file(&self.name)
         })
     }
 }

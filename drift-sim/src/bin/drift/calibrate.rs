@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use drift_core::Index;
 use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
-use drift_sim::recording::Recording;
 use drift_sim::{Error, Result, output};
 
 use crate::recording_arguments::RecordingArguments;
@@ -111,9 +110,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if to_standard > 1 {
         return Err(Error::new("two outputs are '-'").allowed("one at most"));
     }
-    let read = arguments.recording.read_options();
-    let recordings =
-        arguments.recordings.iter().map(|path| Recording::read(path, &read)).collect::<Result<Vec<_>>>()?;
+    let read = |path: &PathBuf| arguments.recording.read(path, Vec::new());
+    let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
     let calibration =
         calibrate::calibrate(&signals, &options).map_err(|error| match arguments.recordings.as_slice() {

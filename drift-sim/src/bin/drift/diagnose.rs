@@ -7,7 +7,6 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
-use drift_sim::recording::Recording;
 use drift_sim::{Error, Result, output};
 
 use crate::recording_arguments::RecordingArguments;
@@ -15,7 +14,7 @@ use crate::recording_arguments::RecordingArguments;
 /// Finds, names, models and proves the physics that a simulation left out of a recorded loop.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (CSV)
+    /// The recording, in any of the formats
     recording: PathBuf,
     /// What is known of the loop
     #[arg(long = "loop", value_name = "LOOP.toml")]
@@ -41,9 +40,8 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let model = Loop::read(&arguments.loop_file)?;
-    let mut options = arguments.reading.read_options();
-    options.extra.extend(model.inputs.iter().map(|input| input.column.clone()));
-    let read = |path: &Path| Signals::new(&Recording::read(path, &options)?, &model);
+    let inputs = || model.inputs.iter().map(|input| input.column.clone()).collect();
+    let read = |path: &Path| Signals::new(&arguments.reading.read(path, inputs())?, &model);
     let train = read(&arguments.recording)?;
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;

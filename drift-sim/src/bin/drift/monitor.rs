@@ -19,7 +19,7 @@ use crate::recording_arguments::RecordingArguments;
 /// Exit code 3 where --fail-on's level is reached.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (CSV); - is standard input
+    /// The recording, in any of the formats (CSV, gzip, .mat ...); - is standard input
     recording: PathBuf,
     /// What the healthy loop looks like, from `drift calibrate`
     #[arg(long, value_name = "BASELINE.toml")]
@@ -62,7 +62,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
-    let mut stream = RecordingStream::open(&arguments.recording, &arguments.reading.read_options())?;
+    let mut stream = arguments.reading.open(&arguments.recording)?;
     let mut chart = arguments.plot.as_ref().map(|_| Chart::new(&config));
     let Some(summary) = watch_all(&mut stream, &config, chart.as_mut(), arguments.json.as_deref())? else {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.

@@ -41,10 +41,7 @@ fn broken_files_are_refused_in_one_line() {
             "t;r;y;u\n0;1;2,5;3\n1;1;2.5;3\n",
             "x.csv:3: '2.5' has a decimal point, numbers before a decimal comma; one of them in a file",
         ),
-        (
-            "t,r,y,u\n0,1,2,3\nnever,1,2,3\n",
-            "x.csv:3: 'never' in column 't' is not a number",
-        ),
+        ("t,r,y,u\n0,1,2,3\nnever,1,2,3\n", "x.csv:3: 'never' in column 't' is not a number"),
         ("t,r,y,u\n0,1,2,3\n1,1,2\n", "x.csv:3: 3 fields where the header has 4"),
         ("t,r,y,u\n0,1,2,3\n1,1,2,3,4\n", "x.csv:3: 5 fields where the header has 4"),
         ("t,r,y,u\n0,1,2,3\n,1,2,3\n", "x.csv:3: no time stamp in column 't'"),
@@ -186,7 +183,10 @@ fn packed_text_is_read_like_text_whatever_the_files_name() {
     assert_eq!(read(&bytes, &plain()).unwrap(), plain_text);
     // Two members, as `cat a.gz b.gz` makes them.
     let (head, tail) = text.split_at(text.len() / 2);
-    assert_eq!(read([packed(head.as_bytes()), packed(tail.as_bytes())].concat(), &plain()).unwrap(), plain_text);
+    assert_eq!(
+        read([packed(head.as_bytes()), packed(tail.as_bytes())].concat(), &plain()).unwrap(),
+        plain_text
+    );
     assert_eq!(read(packed(&bytes), &plain()).unwrap(), plain_text);
     for cut in (2..bytes.len()).step_by(bytes.len() / 300) {
         let error = message(&bytes[..cut]);
@@ -197,7 +197,8 @@ fn packed_text_is_read_like_text_whatever_the_files_name() {
 #[test]
 fn a_packed_recording_streams() {
     let mut text = String::from("t,r,y,u\n");
-    (0..200_000).for_each(|k| text.push_str(&format!("{:.3},1,{},3\n", f64::from(k) * 0.01, k * 7919 % 10_007)));
+    (0..200_000)
+        .for_each(|k| text.push_str(&format!("{:.3},1,{},3\n", f64::from(k) * 0.01, k * 7919 % 10_007)));
     let bytes = packed(text.as_bytes());
     let size = bytes.len() as u64;
     let mut stream = RecordingStream::from_reader("x", std::io::Cursor::new(bytes), &plain()).unwrap();
@@ -208,7 +209,10 @@ fn a_packed_recording_streams() {
 
 #[test]
 fn files_that_are_no_recordings_are_named() {
-    assert_eq!(message(b"PK\x03\x04rest"), "x.csv: this is a spreadsheet (or another zip archive); save it as CSV");
+    assert_eq!(
+        message(b"PK\x03\x04rest"),
+        "x.csv: this is a spreadsheet (or another zip archive); save it as CSV"
+    );
 }
 
 #[test]

@@ -52,11 +52,10 @@ impl Choice {
                     guessed.push(format!("{letter} = '{}'", names[index]));
                     Ok(index)
                 }
-                Guess::Either(one, other) => Err(Error::new(format!(
-                    "'{}' and '{}' could both be {letter}",
-                    names[one], names[other]
-                ))
-                .allowed(format!("--columns {letter}=NAME"))),
+                Guess::Either(one, other) => {
+                    Err(Error::new(format!("'{}' and '{}' could both be {letter}", names[one], names[other]))
+                        .allowed(format!("--columns {letter}=NAME")))
+                }
                 Guess::Nothing => Err(no_column(name, letter, names.iter().map(String::as_str))),
             }
         };
@@ -70,8 +69,9 @@ impl Choice {
             }
         };
         let (r, y, u) = (place(1)?, place(2)?, place(3)?);
-        let note = (!guessed.is_empty())
-            .then(|| format!("columns guessed by their names: {} (--columns says otherwise)", guessed.join(", ")));
+        let note = (!guessed.is_empty()).then(|| {
+            format!("columns guessed by their names: {} (--columns says otherwise)", guessed.join(", "))
+        });
         let mut choice = Self { t, r, y, u, when: Vec::new(), extra: Vec::new(), note };
         for when in &options.when {
             choice.when.push((find(names, &when.column, "a condition")?, when.clone()));
@@ -84,6 +84,14 @@ impl Choice {
             choice.keep_the_rest(names);
         }
         Ok(choice)
+    }
+
+    /// Whether a column is read at all.
+    pub fn uses(&self, index: usize) -> bool {
+        [self.r, self.y, self.u].contains(&index)
+            || self.t == Some(index)
+            || self.when.iter().any(|(i, _)| *i == index)
+            || self.extra.iter().any(|e| e.index == index)
     }
 
     fn keep_the_rest(&mut self, names: &[String]) {

@@ -70,7 +70,9 @@ impl Clock {
         if !matches!(self.kind, Kind::Dates { .. }) {
             let plain = mark.plain(cell);
             if let Some(stamp) = Stamp::parse(plain.as_deref().unwrap_or(cell)) {
-                mark.number(cell)?;
+                if *mark != DecimalMark::Point {
+                    mark.number(cell)?;
+                }
                 self.kind = Kind::Numbers;
                 return Ok(stamp.scaled(self.exponent));
             }
@@ -87,7 +89,8 @@ impl Clock {
     fn date(&mut self, cell: &[u8]) -> Result<Stamp> {
         let text = String::from_utf8_lossy(cell);
         let refused = |what: &str| {
-            Error::new(format!("'{}' in column '{}' {what}", excerpt(&text), self.column)).allowed(DATE_EXAMPLE)
+            Error::new(format!("'{}' in column '{}' {what}", excerpt(&text), self.column))
+                .allowed(DATE_EXAMPLE)
         };
         let Some((time, writing)) = parse_date(&text) else {
             return Err(refused("is neither a number nor a date"));
@@ -112,8 +115,7 @@ impl Clock {
             Kind::Dates { origin, writing: Writing::Zoned } => Some(format!("t counts from {origin}")),
             Kind::Dates { origin, writing } => {
                 let at = TimeZone::UTC.to_datetime(origin);
-                let at =
-                    if writing == Writing::TimeOfDay { at.time().to_string() } else { at.to_string() };
+                let at = if writing == Writing::TimeOfDay { at.time().to_string() } else { at.to_string() };
                 Some(format!("t counts from {at}"))
             }
             _ if self.exponent != 0 => Some(format!("the times in '{column}' are 1e{} s", self.exponent)),
@@ -187,9 +189,14 @@ mod tests {
 
     #[test]
     fn the_unit_is_read_off_the_name() {
-        for (column, expected) in
-            [("t", 5.0), ("time_s", 5.0), ("t [ms]", 5e-3), ("time_us", 5e-6), ("Time (ns)", 5e-9), ("ms", 5.0)]
-        {
+        for (column, expected) in [
+            ("t", 5.0),
+            ("time_s", 5.0),
+            ("t [ms]", 5e-3),
+            ("time_us", 5e-6),
+            ("Time (ns)", 5e-9),
+            ("ms", 5.0),
+        ] {
             let t = read(column, &["5"]).unwrap()[0];
             assert!((t / expected - 1.0).abs() < 1e-12, "{column}: {t}");
         }

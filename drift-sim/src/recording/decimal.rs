@@ -61,7 +61,8 @@ impl DecimalMark {
 /// A number written with one decimal comma, with a point in its place; `None` for anything else.
 pub(super) fn with_point(cell: &[u8]) -> Option<Vec<u8>> {
     let at = cell.iter().position(|b| *b == b',')?;
-    let is_number = cell.iter().enumerate().all(|(i, b)| i == at || b.is_ascii_digit() || b"+-eE".contains(b));
+    let is_number =
+        cell.iter().enumerate().all(|(i, b)| i == at || b.is_ascii_digit() || b"+-eE".contains(b));
     is_number.then(|| cell.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect())
 }
 

@@ -3,7 +3,7 @@
 use std::io::{Cursor, Read};
 
 use super::row::Rows;
-use super::{ReadOptions, csv, gzip, matlab};
+use super::{ReadOptions, csv, gzip, matlab, ulog};
 use crate::{Error, Result};
 
 /// Bytes that tell every format.
@@ -17,6 +17,8 @@ enum Format {
     Csv,
     Gzip,
     Matlab,
+    Ulog,
+    Parquet,
     /// Known, and not read: what it is, and what to do.
     Refused(&'static str, &'static str),
 }
@@ -33,6 +35,12 @@ fn recognise(start: &[u8]) -> Format {
     if start.starts_with(gzip::MAGIC) {
         return Format::Gzip;
     }
+    if start.starts_with(ulog::MAGIC) {
+        return Format::Ulog;
+    }
+    if start.starts_with(b"PAR1") {
+        return Format::Parquet;
+    }
     if matlab::is_version_5(start) {
         return Format::Matlab;
     }
@@ -46,6 +54,17 @@ fn recognise(start: &[u8]) -> Format {
         Some((_, what, instead)) => Format::Refused(what, instead),
         None => Format::Csv,
     }
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(source: Box<dyn Read + Send>, options: &ReadOptions) -> Result<Box<dyn Rows>> {
+    Ok(Box::new(super::parquet::open(source, options)?))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: Box<dyn Read + Send>, _: &ReadOptions) -> Result<Box<dyn Rows>> {
+    Err(Error::new("this is a Parquet file, which this build of drift does not read")
+        .allowed("a build with --features parquet (or all-formats)"))
 }
 
 /// HDF5 begins with its signature at 0, 512, 1024 ... bytes; MATLAB's header before it is 512 long.
@@ -71,6 +90,8 @@ pub(super) fn open(mut source: Box<dyn Read + Send>, options: &ReadOptions) -> R
             Format::Gzip => source = gzip::unpacked(source),
             Format::Csv => return Ok(Box::new(csv::open(source, options)?)),
             Format::Matlab => return Ok(Box::new(matlab::open(source, options)?)),
+            Format::Ulog => return Ok(Box::new(ulog::open(source, options)?)),
+            Format::Parquet => return parquet(source, options),
             Format::Refused(what, instead) => {
                 return Err(Error::new(format!("this is {what}")).allowed(instead));
             }

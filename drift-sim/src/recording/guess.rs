@@ -10,16 +10,51 @@ pub(super) const SIGNALS: [&str; 4] = ["t", "r", "y", "u"];
 const NAMES: [&[&str]; 4] = [
     &["t", "time", "times", "timestamp", "datetime", "date", "seconds", "sec", "elapsed", "elapsedtime"],
     &[
-        "r", "sp", "setpoint", "setpt", "ref", "reference", "setvalue", "target", "desired", "soll", "sollwert",
+        "r",
+        "sp",
+        "setpoint",
+        "setpt",
+        "ref",
+        "reference",
+        "setvalue",
+        "target",
+        "desired",
+        "soll",
+        "sollwert",
         "setpointvalue",
     ],
     &[
-        "y", "pv", "processvariable", "processvalue", "measurement", "measured", "measuredvalue", "meas",
-        "actual", "actualvalue", "feedback", "ist", "istwert",
+        "y",
+        "pv",
+        "processvariable",
+        "processvalue",
+        "measurement",
+        "measured",
+        "measuredvalue",
+        "meas",
+        "actual",
+        "actualvalue",
+        "feedback",
+        "ist",
+        "istwert",
     ],
     &[
-        "u", "op", "co", "mv", "out", "controlleroutput", "controloutput", "manipulatedvariable", "control",
-        "controlsignal", "controleffort", "effort", "actuation", "stellwert", "stellgroesse", "stellgr\u{f6}\u{df}e",
+        "u",
+        "op",
+        "co",
+        "mv",
+        "out",
+        "controlleroutput",
+        "controloutput",
+        "manipulatedvariable",
+        "control",
+        "controlsignal",
+        "controleffort",
+        "effort",
+        "actuation",
+        "stellwert",
+        "stellgroesse",
+        "stellgr\u{f6}\u{df}e",
     ],
 ];
 
@@ -28,8 +63,8 @@ const EITHER: [(&[&str], [usize; 2]); 2] = [(&["output"], [2, 3]), (&["cmd", "co
 
 /// Units that may end a name without changing what it is.
 const UNITS: [&str; 27] = [
-    "s", "sec", "seconds", "ms", "us", "ns", "percent", "pct", "degc", "degf", "c", "k", "v", "a", "rpm", "bar", "m",
-    "mm", "rad", "deg", "hz", "rads", "ms1", "n", "nm", "kpa", "w",
+    "s", "sec", "seconds", "ms", "us", "ns", "percent", "pct", "degc", "degf", "c", "k", "v", "a", "rpm",
+    "bar", "m", "mm", "rad", "deg", "hz", "rads", "ms1", "n", "nm", "kpa", "w",
 ];
 
 /// What the names say of one signal.
@@ -67,8 +102,9 @@ pub(super) fn guess(names: &[String], known: [Option<usize>; 4]) -> [Guess; 4] {
 fn best(names: &[String], usual: &[&str], found: &[Guess; 4]) -> Guess {
     let free = |i: &usize| !found.contains(&Guess::Column(*i));
     for reading in [whole, last_part] {
-        let mut fits =
-            (0..names.len()).filter(free).filter(|i| names.get(*i).is_some_and(|n| usual.contains(&reading(n).as_str())));
+        let mut fits = (0..names.len())
+            .filter(free)
+            .filter(|i| names.get(*i).is_some_and(|n| usual.contains(&reading(n).as_str())));
         match (fits.next(), fits.next()) {
             (Some(one), None) => return Guess::Column(one),
             (Some(one), Some(other)) => return Guess::Either(one, other),
@@ -90,8 +126,11 @@ fn parts(name: &str) -> Vec<String> {
             is_outside
         })
         .collect();
-    let mut parts: Vec<String> =
-        outside.split(|c: char| !c.is_alphanumeric()).filter(|p| !p.is_empty()).map(str::to_lowercase).collect();
+    let mut parts: Vec<String> = outside
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|p| !p.is_empty())
+        .map(str::to_lowercase)
+        .collect();
     if parts.len() > 1 && parts.last().is_some_and(|p| UNITS.contains(&p.as_str())) {
         parts.pop();
     }

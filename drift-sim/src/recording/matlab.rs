@@ -190,7 +190,8 @@ fn fields(
     depth: usize,
 ) -> Result<()> {
     let (_, width, rest) = split_element(data, order)?;
-    let width = order.i32(width).and_then(|w| usize::try_from(w).ok()).filter(|w| *w > 0).ok_or_else(damaged)?;
+    let width =
+        order.i32(width).and_then(|w| usize::try_from(w).ok()).filter(|w| *w > 0).ok_or_else(damaged)?;
     let (_, names, mut rest) = split_element(rest, order)?;
     let names: Vec<String> = names
         .chunks_exact(width)

@@ -1,4 +1,5 @@
-//! Recordings of a loop: r, y and u at uniform times, read from CSV without believing anything about the file.
+//! Recordings of a loop: r, y and u at uniform times, read without believing anything about the file: CSV, gzip,
+//! MATLAB, ULog and Parquet, told apart by how they begin.
 //!
 //! [`RecordingStream`] reads sample by sample in constant memory; [`Recording::read`] collects what it yields, so
 //! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the
@@ -13,6 +14,8 @@ mod format;
 mod guess;
 mod gzip;
 mod matlab;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod quality;
 mod resample;
 mod row;
@@ -20,6 +23,7 @@ mod sampling;
 mod stamp;
 mod stream;
 mod table;
+mod ulog;
 mod when;
 mod write;
 
@@ -98,7 +102,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads a CSV file whole; `-` is standard input.
+    /// Reads a file of any format whole; `-` is standard input.
     ///
     /// # Errors
     /// The file can't be read, lacks a column, holds text where numbers belong, is not uniformly sampled (and no
@@ -107,7 +111,7 @@ impl Recording {
         Self::collect(RecordingStream::open(path, options)?)
     }
 
-    /// Reads CSV text from anywhere; errors call it by `name`.
+    /// Reads any format from anywhere; errors call it by `name`.
     ///
     /// # Errors
     /// As [`Self::read`].

@@ -307,11 +307,7 @@ fn read_head(rows: &mut dyn Rows, quality: &mut Quality) -> (VecDeque<Row>, Opti
     (head, None)
 }
 
-fn begin_pacing(
-    rows: &dyn Rows,
-    head: &VecDeque<Row>,
-    options: &ReadOptions,
-) -> Result<(Pacing, f64)> {
+fn begin_pacing(rows: &dyn Rows, head: &VecDeque<Row>, options: &ReadOptions) -> Result<(Pacing, f64)> {
     let Some(first) = head.front() else {
         return Err(Error::new("no rows of data, only a header"));
     };

@@ -67,11 +67,7 @@ impl TableRows {
     ///
     /// # Errors
     /// A column isn't there, or is of another length.
-    pub fn new(
-        mut columns: Vec<(String, Cells)>,
-        notes: Vec<String>,
-        options: &ReadOptions,
-    ) -> Result<Self> {
+    pub fn new(mut columns: Vec<(String, Cells)>, notes: Vec<String>, options: &ReadOptions) -> Result<Self> {
         let names: Vec<String> = columns.iter().map(|(name, _)| name.clone()).collect();
         let mut choice = Choice::of(&names, options)?;
         let length = |index: usize| columns.get(index).map_or(0, |(_, cells)| cells.len());
@@ -86,14 +82,8 @@ impl TableRows {
                 return Err(Error::new(what).allowed("equally many"));
             }
         }
-        let used = |index: usize| {
-            [choice.r, choice.y, choice.u].contains(&index)
-                || choice.t == Some(index)
-                || choice.when.iter().any(|(i, _)| *i == index)
-                || choice.extra.iter().any(|e| e.index == index)
-        };
         for (index, (_, cells)) in columns.iter_mut().enumerate() {
-            if !used(index) {
+            if !choice.uses(index) {
                 *cells = Cells::Single(Vec::new());
             }
         }

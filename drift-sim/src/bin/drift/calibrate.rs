@@ -12,6 +12,9 @@ use crate::recording_arguments::RecordingArguments;
 
 /// Learns what healthy looks like: each channel's line, and thresholds for a wanted time between false alarms.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  drift calibrate healthy.csv -o BASELINE.toml\n  drift calibrate mon.csv.gz tue.csv.gz --window 600 --columns r=SP,y=PV,u=OP --c drift_config.h -o BASELINE.toml"
+)]
 pub struct Arguments {
     /// Healthy recordings of one loop, all of one sample time
     #[arg(value_name = "HEALTHY.csv", required = true)]

@@ -24,6 +24,7 @@ const DRIFT_PER_HOUR: f64 = 0.1;
 
 /// Shows the whole path on a made recording: a hidden sensor drift, caught.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  drift demo\n  drift demo --out demo --seed 7")]
 pub struct Arguments {
     /// Folder for the recording, the baseline and the picture; made if missing
     #[arg(long, value_name = "DIR", default_value = "drift-demo")]

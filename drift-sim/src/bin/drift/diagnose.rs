@@ -13,6 +13,9 @@ use crate::recording_arguments::RecordingArguments;
 
 /// Finds, names, models and proves the physics that a simulation left out of a recorded loop.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  drift diagnose run.csv --loop LOOP.toml --report report.html\n  drift diagnose run.csv --loop LOOP.toml --healthy before.csv --model improved.toml --json -"
+)]
 pub struct Arguments {
     /// The recording, in any of the formats
     recording: PathBuf,

@@ -18,6 +18,9 @@ use crate::recording_arguments::RecordingArguments;
 ///
 /// Exit code 3 where --fail-on's level is reached.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  drift monitor run.csv --baseline BASELINE.toml --plot run.svg\n  drift monitor - --baseline BASELINE.toml --json - --fail-on drift < run.csv"
+)]
 pub struct Arguments {
     /// The recording, in any of the formats (CSV, gzip, .mat ...); - is standard input
     recording: PathBuf,

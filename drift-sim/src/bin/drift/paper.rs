@@ -13,6 +13,7 @@ use crate::progress::Progress;
 ///
 /// Writes paper.md (one page with everything), paper.json (every number) and the figures as SVG.
 #[derive(Args)]
+#[command(after_help = "Example:\n  drift paper --out paper")]
 pub struct Arguments {
     /// The folder to write to; made if it is missing.
     #[arg(long, value_name = "DIR", default_value = "paper")]

@@ -110,6 +110,10 @@ fn every_law_of_the_loop_file_is_told_from_the_others() {
     near(law.kp, 20.0, 1e-4);
     near(law.kv, 150.0, 1e-4);
     assert_eq!((law.limits.u_min, law.limits.u_max), (-10.0, 10.0));
+    // Without a scale for forces they are told in volts.
+    let Plant::Servo(plant) = &p.model.plant else { panic!("{}", p.to_toml()) };
+    near(plant.inertia, 95.0 / 35.0, 0.01);
+    near(plant.viscous, 200.0 / 35.0, 0.01);
 }
 
 #[test]
@@ -168,7 +172,7 @@ fn what_is_no_law_of_u_and_no_plant_is_left_open_with_the_reason() {
     );
     let text = proposal.to_toml();
     assert!(text.contains("# No law of the loop file makes the recorded u of r and y"), "{text}");
-    assert!(text.contains("# Not identified: one lag, an integrator and two lags"), "{text}");
+    assert!(text.contains("# Not identified: one lag, an integrator, a servo and two lags"), "{text}");
     assert_eq!(parse(&text), proposal.model);
 }
 

@@ -1,13 +1,16 @@
-//! A linear plant between the recorded u and y: one lag, an integrator, or two lags, each with dead time and an offset.
+//! A linear plant between the recorded u and y: one lag, an integrator, an integrator behind a lag (a servo), or two lags,
+//! each with an offset and, but for the servo, dead time.
 //!
 //! Given the time constants and the dead time, y is linear in the gain, the offset and the starting state: these follow
 //! by least squares on the simulated output. The rest is searched on the first 70 % of the recording; what is taken is
 //! judged on the last 30 %, where only the starting state is found anew. Steps of u are held between samples, so the
 //! responses are exact, also for dead times that are no whole number of samples.
 
+use rayon::prelude::*;
+
 use crate::diagnose::signals::{Signals, deviation};
 use crate::physics::Term;
-use crate::plant::{FirstOrder, Plant, TransferFunction};
+use crate::plant::{FirstOrder, Output, Plant, Servo, TransferFunction};
 
 use super::least_squares::{COLUMNS_MAX, LeastSquares};
 use super::round;
@@ -22,6 +25,8 @@ const DELAYS: [f64; 9] = [0.0, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0];
 const LONGEST_DELAY: f64 = 0.1;
 /// Starting points that are searched to the end.
 const SEARCHED: usize = 3;
+/// Steps of a search, at most: time constants that can't be told apart make a long valley.
+const STEPS: usize = 120;
 /// The second time constant is at most this part of the first: equal ones can't be told apart.
 const APART: f64 = 0.8;
 /// A shape with more numbers has to miss less by this ratio, and this part of y's deviation.
@@ -36,6 +41,7 @@ const SLOWEST: f64 = 3.0;
 enum Shape {
     Lag(f64),
     Integrator,
+    Servo(f64),
     TwoLags(f64, f64),
 }
 
@@ -73,12 +79,13 @@ struct Fit {
 pub fn find(signals: &Signals) -> Result<Found, f64> {
     let cut = (TRAINING * signals.len() as f64) as usize;
     let unseen = deviation(signals.y.get(cut..).unwrap_or_default());
-    let mut judged: Vec<(Fit, f64)> = [lags(signals, cut), integrators(signals, cut), two_lags(signals, cut)]
-        .into_iter()
-        .filter_map(|starts| best(signals, cut, starts))
-        .filter(|fit| !matches!(fit.point.shape, Shape::Lag(t) | Shape::TwoLags(t, _) if t > SLOWEST * signals.duration_s()))
-        .filter_map(|fit| validate(signals, cut, &fit).map(|rms| (fit, rms / unseen.max(1e-300))))
-        .collect();
+    let mut judged: Vec<(Fit, f64)> =
+        [lags(signals, cut), integrators(cut), servos(signals), two_lags(signals, cut)]
+            .into_iter()
+            .filter_map(|starts| best(signals, cut, starts))
+            .filter(|fit| fit.is_possible(signals))
+            .filter_map(|fit| validate(signals, cut, &fit).map(|rms| (fit, rms / unseen.max(1e-300))))
+            .collect();
     let least = judged.iter().map(|(_, misses)| *misses).fold(f64::INFINITY, f64::min);
     let simplest = judged.iter().position(|(_, misses)| misses * WORTH.0 <= least + WORTH.1);
     let Some((fit, misses)) = simplest.map(|at| judged.swap_remove(at)) else {
@@ -100,8 +107,13 @@ fn lags(signals: &Signals, cut: usize) -> Vec<Point> {
         .collect()
 }
 
-fn integrators(_: &Signals, cut: usize) -> Vec<Point> {
+fn integrators(cut: usize) -> Vec<Point> {
     delays(cut).map(|delay| Point { shape: Shape::Integrator, delay }).collect()
+}
+
+/// The loop file's servo has no dead time.
+fn servos(signals: &Signals) -> Vec<Point> {
+    time_constants(signals).map(|t| Point { shape: Shape::Servo(t), delay: 0.0 }).collect()
 }
 
 fn two_lags(signals: &Signals, cut: usize) -> Vec<Point> {
@@ -122,21 +134,26 @@ fn delays(cut: usize) -> impl Iterator<Item = f64> {
 
 /// The best point of a grid, searched to its end.
 fn best(signals: &Signals, cut: usize, starts: Vec<Point>) -> Option<Fit> {
-    let mut fits: Vec<Fit> = starts.into_iter().filter_map(|point| fit(signals, cut, point)).collect();
+    let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(|point| fit(signals, cut, point)).collect();
     fits.sort_by(|a, b| a.left_over.total_cmp(&b.left_over));
-    let searched = fits.into_iter().take(SEARCHED).map(|start| search(signals, cut, start));
-    searched.min_by(|a, b| a.left_over.total_cmp(&b.left_over))
+    fits.truncate(SEARCHED);
+    let searched: Vec<Fit> = fits.into_par_iter().map(|start| search(signals, cut, start)).collect();
+    searched.into_iter().min_by(|a, b| a.left_over.total_cmp(&b.left_over))
 }
 
 /// Moves one number after the other while it helps, in ever smaller steps.
 fn search(signals: &Signals, cut: usize, mut best: Fit) -> Fit {
     let (mut ratio, mut samples) = (1.6_f64, 2.0_f64);
     let longest = LONGEST_DELAY * cut as f64;
-    while ratio > 1.0001 {
+    for _ in 0..STEPS {
+        if ratio < 1.0001 {
+            break;
+        }
         let Point { shape, delay } = best.point;
         let shapes: Vec<Shape> = match shape {
             Shape::Lag(t) => vec![Shape::Lag(t * ratio), Shape::Lag(t / ratio)],
             Shape::Integrator => Vec::new(),
+            Shape::Servo(t) => vec![Shape::Servo(t * ratio), Shape::Servo(t / ratio)],
             Shape::TwoLags(slow, fast) => {
                 [(ratio, 1.0), (1.0 / ratio, 1.0), (1.0, ratio), (1.0, 1.0 / ratio)]
                     .into_iter()
@@ -147,7 +164,9 @@ fn search(signals: &Signals, cut: usize, mut best: Fit) -> Fit {
             }
         };
         let moved = shapes.into_iter().map(|shape| Point { shape, delay });
-        let delays = [delay + samples, (delay - samples).max(0.0)].into_iter().filter(|d| *d <= longest);
+        let has_delay = !matches!(shape, Shape::Servo(_));
+        let delays = [delay + samples, (delay - samples).max(0.0)];
+        let delays = delays.into_iter().filter(|d| has_delay && *d <= longest);
         let delayed = delays.map(|delay| Point { shape, delay });
         let better = moved
             .chain(delayed)
@@ -178,8 +197,8 @@ fn fit(signals: &Signals, cut: usize, point: Point) -> Option<Fit> {
     let &[gain, offset, ..] = solution.coefficients.as_slice() else { return None };
     let offset = match point.shape {
         // The response counts from the first u; for a lag the offset is y at no u at all.
-        Shape::Integrator => offset - gain * u0,
-        _ => y0 + offset - gain * u0,
+        Shape::Integrator | Shape::Servo(_) => offset - gain * u0,
+        Shape::Lag(_) | Shape::TwoLags(..) => y0 + offset - gain * u0,
     };
     (gain != 0.0).then_some(Fit { point, gain, offset, left_over: solution.left_over })
 }
@@ -220,6 +239,7 @@ impl Basis {
         let (free, keep, offset, slope) = match shape {
             Shape::Lag(t) => (1, [keep(t), 0.0], 1.0, 0.0),
             Shape::Integrator => (1, [1.0, 0.0], 0.0, sample_time_s),
+            Shape::Servo(t) => (2, [1.0, keep(t)], 0.0, sample_time_s),
             Shape::TwoLags(slow, fast) => (2, [keep(slow), keep(fast)], 1.0, 0.0),
         };
         Self { free, fading: [1.0, if free == 2 { 1.0 } else { 0.0 }], keep, offset, slope }
@@ -238,6 +258,8 @@ impl Point {
         match self.shape {
             Shape::Lag(t) => one(Some(t)),
             Shape::Integrator => one(None),
+            // 1/(s (T s + 1)) = 1/s - T/(T s + 1)
+            Shape::Servo(t) => one(None).iter().zip(one(Some(t))).map(|(a, b)| a - t * b).collect(),
             Shape::TwoLags(slow, fast) => {
                 let (a, b) = (one(Some(slow)), one(Some(fast)));
                 a.iter().zip(&b).map(|(a, b)| (slow * a - fast * b) / (slow - fast)).collect()
@@ -274,6 +296,16 @@ fn u_before(signals: &Signals, n: usize, whole: usize, u0: f64) -> f64 {
 }
 
 impl Fit {
+    /// A time constant that the recording can show; a servo's inertia and friction above zero, its drive turned round
+    /// being no servo of the loop file.
+    fn is_possible(&self, signals: &Signals) -> bool {
+        match self.point.shape {
+            Shape::Lag(t) | Shape::TwoLags(t, _) => t <= SLOWEST * signals.duration_s(),
+            Shape::Servo(t) => self.gain > 0.0 && t <= SLOWEST * signals.duration_s(),
+            Shape::Integrator => true,
+        }
+    }
+
     fn found(&self, signals: &Signals, explains: f64) -> Found {
         let delay_s = round(self.point.delay * signals.sample_time_s);
         let (gain, offset) = (round(self.gain), round(self.offset));
@@ -290,6 +322,14 @@ impl Fit {
                 let plant = TransferFunction { num: vec![gain], den: vec![1.0, 0.0], delay_s };
                 let says = format!("an integrator{behind}");
                 (Plant::TransferFunction(plant), load(-self.offset / self.gain), says)
+            }
+            Shape::Servo(t) => {
+                // Forces can only be told in the unit of u: the drive that a unit of it makes is one.
+                let (inertia, viscous) = (round(t / self.gain), round(1.0 / self.gain));
+                let servo = Servo { output: Output::Position, inertia, viscous, actuator_gain: 1.0 };
+                let says =
+                    format!("a servo's position, with a lag of {} s; forces are in the unit of u", round(t));
+                (Plant::Servo(servo), load(-self.offset / self.gain), says)
             }
             Shape::TwoLags(slow, fast) => {
                 let den = vec![round(slow * fast), round(slow + fast), 1.0];

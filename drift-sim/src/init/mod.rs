@@ -173,10 +173,7 @@ impl Proposal {
                 self.model.physics.extend(found.load);
             }
             Err(explains) => {
-                about.push(
-                    "Not identified: one lag, an integrator and two lags, each with dead time, were tried;"
-                        .into(),
-                );
+                about.push("Not identified: one lag, an integrator, a servo and two lags were tried;".into());
                 about.push(if explains > 0.0 {
                     format!(
                         "simulated from u alone on the last 30 %, the best explains {} of y's variance, and 50 % are needed.",

@@ -134,6 +134,7 @@ fn odd_but_sound_files_are_read() {
         "t,r,y,u\n+0e0,1.0,2.,3e0\n1,1,2,.3e1\n",
         "t;r;y;u\n0,0;1,0;2,0;3,0\n1,0;1;2;3\n",
         "t [s, since start];r;y;u\n0;1;2;3\n1;1;2;3\n",
+        "\n\nt;r;y;u\n0,0;1;2;3\n1;1;2;3\n",
         "sep=;\r\nt;r;y;u\r\n0;1;2;3\r\n1;1;2;3\r\n",
         "Time (s),SP,PV,OP\n0,1,2,3\n1,1,2,3\n",
         "time_ms\tTIC1.SP\tTIC1.PV\tTIC1.OP\n0\t1\t2\t3\n1000\t1\t2\t3\n",

@@ -61,7 +61,7 @@ pub(super) fn open<R: Read>(source: R, options: &ReadOptions) -> Result<CsvRows<
         return Err(Error::new("the text is UTF-16").allowed("UTF-8"));
     }
     let mut lines = start.split(|b| *b == b'\n');
-    let first = lines.next().unwrap_or_default();
+    let first = lines.find(|line| !line.trim_ascii().is_empty()).unwrap_or_default();
     let stated = stated_delimiter(first);
     let delimiter = stated.unwrap_or_else(|| likely_delimiter(first));
     CsvRows::new(Ended { source, last: b'\n' }, delimiter, stated.is_some(), options)

@@ -9,6 +9,7 @@ pub mod controller;
 pub mod design;
 pub mod diagnose;
 pub mod error;
+pub mod init;
 pub mod loop_file;
 pub mod monitor;
 pub mod output;

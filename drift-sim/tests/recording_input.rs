@@ -30,12 +30,18 @@ fn broken_files_are_refused_in_one_line() {
         ("t,r,y,u\n0,1,2,3\n", "x.csv: one row of data only; two at least"),
         ("0,1,2,3\n1,1,2,3\n", "x.csv:1: the first line holds numbers; a header that names the columns"),
         ("t,r,y\n0,1,2\n1,1,2\n", "x.csv:1: no column 'u' for u; the columns are t, r, y"),
-        ("time,r,y,u\n0,1,2,3\n", "x.csv:1: no column 't' for t; the columns are time, r, y, u"),
+        ("when,r,y,u\n0,1,2,3\n", "x.csv:1: no column 't' for t; the columns are when, r, y, u"),
+        ("t,SP,ref,y,u\n0,1,2,3,4\n", "x.csv:1: 'SP' and 'ref' could both be r; --columns r=NAME"),
         ("t,r,y,u,y\n0,1,2,3,4\n", "x.csv:1: two columns are called 'y'"),
         ("t,r,y,u\n0,1,2,3\n1,1,off,3\n", "x.csv:3: 'off' in column 'y' is not a number"),
         ("t,r,y,u\r\n0,1,2,3\r\n\r\n1,1,off,3\r\n", "x.csv:4: 'off' in column 'y' is not a number"),
         ("\n\nt,r,y,u\n\n0,1,2,3\n1,1,off,3", "x.csv:6: 'off' in column 'y' is not a number"),
-        ("t;r;y;u\n0;1;2;3\n1;1;2,5;3\n", "x.csv:3: '2,5' in column 'y' is not a number; a decimal point"),
+        ("t;r;y;u\n0;1;2.5;3\n1;1;2,5;3\n", "x.csv:3: '2,5' in column 'y' is not a number; a decimal point"),
+        (
+            "t;r;y;u\n0;1;2,5;3\n1;1;2.5;3\n",
+            "x.csv:3: '2.5' has a decimal point, numbers before a decimal comma; one of them in a file",
+        ),
+        ("t,r,y,u\n0,1,2,3\nnever,1,2,3\n", "x.csv:3: 'never' in column 't' is not a number"),
         ("t,r,y,u\n0,1,2,3\n1,1,2\n", "x.csv:3: 3 fields where the header has 4"),
         ("t,r,y,u\n0,1,2,3\n1,1,2,3,4\n", "x.csv:3: 5 fields where the header has 4"),
         ("t,r,y,u\n0,1,2,3\n,1,2,3\n", "x.csv:3: no time stamp in column 't'"),
@@ -126,6 +132,14 @@ fn odd_but_sound_files_are_read() {
         "u,y,r,t\n3,2,1,0\n3,2,1,1\n",
         "t,r,y,u\n0,1,2,3\n0,1,2,3\n1,1,2,3\n",
         "t,r,y,u\n+0e0,1.0,2.,3e0\n1,1,2,.3e1\n",
+        "t;r;y;u\n0,0;1,0;2,0;3,0\n1,0;1;2;3\n",
+        "t [s, since start];r;y;u\n0;1;2;3\n1;1;2;3\n",
+        "\n\nt;r;y;u\n0,0;1;2;3\n1;1;2;3\n",
+        "sep=;\r\nt;r;y;u\r\n0;1;2;3\r\n1;1;2;3\r\n",
+        "Time (s),SP,PV,OP\n0,1,2,3\n1,1,2,3\n",
+        "time_ms\tTIC1.SP\tTIC1.PV\tTIC1.OP\n0\t1\t2\t3\n1000\t1\t2\t3\n",
+        "timestamp,ref,output,cmd\n2024-05-01 12:00:00,1,2,3\n2024-05-01 12:00:01,1,2,3\n",
+        "t;r;y;u\n31.12.2023 23:59:59,5;1,0;2,0;3,0\n01.01.2024 00:00:00,5;1;2;3\n",
     ] {
         let recording = read(text, &plain()).unwrap_or_else(|e| panic!("{text:?}: {e}"));
         assert_eq!(
@@ -134,6 +148,72 @@ fn odd_but_sound_files_are_read() {
             "{text:?}"
         );
     }
+}
+
+#[test]
+fn what_was_guessed_is_told() {
+    let notes = |text: &str| read(text, &plain()).unwrap().quality.notes;
+    assert_eq!(notes("t,r,y,u\n0,1,2,3\n1,1,2,3\n"), [""; 0]);
+    assert_eq!(
+        notes("Zeit;t;SP;PV;OP\nx;2024-05-01T12:00:00+02:00;1;2;3\nx;2024-05-01T12:00:00,5+02:00;1;2;3\n"),
+        [
+            "columns guessed by their names: r = 'SP', y = 'PV', u = 'OP' (--columns says otherwise)",
+            "t counts from 2024-05-01T10:00:00Z"
+        ]
+    );
+    assert_eq!(notes("t [us],r,y,u\n0,1,2,3\n1,1,2,3\n")[1..], ["the times in 't [us]' are 1e-6 s"]);
+    // What is named is not guessed, and not overruled.
+    let named = ReadOptions { columns: "r=PV".parse().unwrap(), ..plain() };
+    let error = read("t,SP,PV,OP\n0,1,2,3\n", &named).unwrap_err().to_string();
+    assert_eq!(error, "x.csv:1: no column 'y' for y; the columns are t, SP, PV, OP");
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packer.write_all(bytes).unwrap();
+    packer.finish().unwrap()
+}
+
+#[test]
+fn packed_text_is_read_like_text_whatever_the_files_name() {
+    let mut text = String::from("t,r,y,u\n");
+    (0..30_000).for_each(|k| text.push_str(&format!("{:.3},1,{},3\n", f64::from(k) * 0.01, k % 7)));
+    let plain_text = read(&text, &plain()).unwrap();
+    let bytes = packed(text.as_bytes());
+    assert_eq!(read(&bytes, &plain()).unwrap(), plain_text);
+    // Two members, as `cat a.gz b.gz` makes them.
+    let (head, tail) = text.split_at(text.len() / 2);
+    assert_eq!(
+        read([packed(head.as_bytes()), packed(tail.as_bytes())].concat(), &plain()).unwrap(),
+        plain_text
+    );
+    assert_eq!(read(packed(&bytes), &plain()).unwrap(), plain_text);
+    for cut in (2..bytes.len()).step_by(bytes.len() / 300) {
+        let error = message(&bytes[..cut]);
+        assert!(error.starts_with("x.csv") && error.lines().count() == 1, "{error}");
+    }
+}
+
+#[test]
+fn a_packed_recording_streams() {
+    let mut text = String::from("t,r,y,u\n");
+    (0..200_000)
+        .for_each(|k| text.push_str(&format!("{:.3},1,{},3\n", f64::from(k) * 0.01, k * 7919 % 10_007)));
+    let bytes = packed(text.as_bytes());
+    let size = bytes.len() as u64;
+    let mut stream = RecordingStream::from_reader("x", std::io::Cursor::new(bytes), &plain()).unwrap();
+    assert!(stream.bytes_read() < size / 2, "{} of {size} read before the first sample", stream.bytes_read());
+    while stream.next().unwrap().is_some() {}
+    assert_eq!(stream.bytes_read(), size);
+}
+
+#[test]
+fn files_that_are_no_recordings_are_named() {
+    assert_eq!(
+        message(b"PK\x03\x04rest"),
+        "x.csv: this is a spreadsheet (or another zip archive); save it as CSV"
+    );
 }
 
 #[test]
@@ -286,11 +366,14 @@ fn three_million_rows_stream_through() {
 fn mutated() -> impl Strategy<Value = Vec<u8>> {
     let junk = prop_oneof![
         proptest::collection::vec(any::<u8>(), 0..8),
-        "[0-9.,;eE+\"\\-\r\n nainf]{0,12}".prop_map(String::into_bytes),
+        "[0-9.,;:TZeE+\"\\-\r\n nainf]{0,12}".prop_map(String::into_bytes),
     ];
     (2usize..60, 0usize..1000, 0usize..12, junk).prop_map(|(rows, at, cut, junk)| {
         let mut text = String::from("t,r,y,u,mode\n");
         (0..rows).for_each(|k| text.push_str(&format!("{:.2},1,{k},0.5,1\n", k as f64 * 0.066)));
+        if at % 3 == 0 {
+            text = text.replace(',', ";").replace('.', ",");
+        }
         let mut bytes = text.into_bytes();
         let from = at % bytes.len();
         let to = (from + cut).min(bytes.len());

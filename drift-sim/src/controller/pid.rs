@@ -22,7 +22,7 @@ pub struct Pid {
 
 impl Pid {
     #[inline]
-    pub(super) fn derivative(&self, dy: f64, sample_time_s: f64, ratio: f64, before: f64) -> f64 {
+    pub(crate) fn derivative(&self, dy: f64, sample_time_s: f64, ratio: f64, before: f64) -> f64 {
         (self.derivative_filter_s * before - ratio * self.kd * dy)
             / (self.derivative_filter_s + sample_time_s)
     }

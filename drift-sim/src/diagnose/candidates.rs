@@ -55,7 +55,7 @@ pub fn fit_all(trials: &[Vec<Trial>], stated: &Fit, base: &Fit, signals: &Signal
     };
     let gained = |c: &Candidate| c.fit.log_likelihood - base.log_likelihood;
     let within_reach = WITHIN_REACH * gained(&leader);
-    let (close, far): (Vec<(usize, Candidate)>, Vec<(usize, Candidate)>) =
+    let (close, far): (Ranked, Ranked) =
         looked.enumerate().partition(|(rank, c)| *rank + 1 < FINALISTS && gained(c) > within_reach);
     let close = close.into_par_iter().filter_map(|(_, c)| polish(c, signals));
     let (mut plain, mut whitened): (Vec<Candidate>, Vec<Candidate>) = close.chain([(plain, leader)]).unzip();

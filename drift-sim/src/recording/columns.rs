@@ -4,7 +4,8 @@ use std::str::FromStr;
 
 use crate::{Error, Result};
 
-/// The names of the columns that hold t, r, y and u. By default each is called by its own letter.
+/// The names of the columns that hold t, r, y and u. By default each is called by its own letter,
+/// or by one of the names that are usual for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnMap {
     /// Column of the time stamps in seconds; `None` reads none (the sample time is then given).
@@ -15,13 +16,13 @@ pub struct ColumnMap {
     pub y: String,
     /// Column of the controller output.
     pub u: String,
-    /// True where t was named by the user, who then expects it to be there.
-    pub(super) t_is_named: bool,
+    /// Which of t, r, y, u were named by the user, who then expects them to be there: nothing is guessed for them.
+    pub(super) is_named: [bool; 4],
 }
 
 impl Default for ColumnMap {
     fn default() -> Self {
-        Self { t: Some("t".into()), r: "r".into(), y: "y".into(), u: "u".into(), t_is_named: false }
+        Self { t: Some("t".into()), r: "r".into(), y: "y".into(), u: "u".into(), is_named: [false; 4] }
     }
 }
 
@@ -37,12 +38,13 @@ impl ColumnMap {
 impl FromStr for ColumnMap {
     type Err = Error;
 
-    /// Reads `t=time,r=SP,y=PV,u=OP`; what isn't named keeps its own letter, `t=` ignores the time stamps.
+    /// Reads `t=time,r=SP,y=PV,u=OP`; what isn't named keeps its own letter or is guessed, `t=` ignores the
+    /// time stamps.
     fn from_str(text: &str) -> Result<Self> {
         let refused = |what: String| Error::new(what).allowed("like t=time,r=SP,y=PV,u=OP");
         let mut map = Self::default();
         let mut seen = Vec::new();
-        for pair in text.split(',') {
+        for pair in split_outside_brackets(text) {
             let (signal, column) =
                 pair.split_once('=').ok_or_else(|| refused(format!("columns: '{pair}' has no '='")))?;
             let (signal, column) = (signal.trim(), column.trim());
@@ -54,18 +56,27 @@ impl FromStr for ColumnMap {
                 return Err(refused(format!("columns: no column for '{signal}'")));
             }
             match signal {
-                "t" => {
-                    map.t = (!column.is_empty()).then(|| column.to_owned());
-                    map.t_is_named = true;
-                }
+                "t" => map.t = (!column.is_empty()).then(|| column.to_owned()),
                 "r" => map.r = column.to_owned(),
                 "y" => map.y = column.to_owned(),
                 "u" => map.u = column.to_owned(),
                 other => return Err(refused(format!("columns: unknown signal '{other}'"))),
             }
+            for (named, letter) in map.is_named.iter_mut().zip(super::guess::SIGNALS) {
+                *named |= letter == signal;
+            }
         }
         Ok(map)
     }
+}
+
+/// The parts between commas; those within brackets belong to a name, like `m(:,2)`.
+fn split_outside_brackets(text: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0_i32;
+    text.split(move |c: char| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        c == ',' && depth <= 0
+    })
 }
 
 #[cfg(test)]
@@ -78,6 +89,7 @@ mod tests {
         assert_eq!((map.t.as_deref(), map.r.as_str(), map.y.as_str()), (Some("time"), "r", "PV"));
         assert_eq!(map.labels(), ["r", "y (PV)", "u"]);
         assert_eq!("t=".parse::<ColumnMap>().unwrap().t, None);
+        assert_eq!("r=m(:,2),u=b".parse::<ColumnMap>().unwrap().r, "m(:,2)");
     }
 
     #[test]

@@ -1,14 +1,18 @@
 //! The CSV format: text in, rows of numbers out, each with the line it stands on.
 //!
-//! A header names the columns. Separators are commas, or semicolons or tabs where the header has no comma. Lines end
-//! in LF or CRLF, fields may be quoted, a byte order mark and blank lines are passed over.
+//! A header names the columns. Separators are commas, semicolons or tabs, whichever the header has most of; beside the
+//! latter two numbers may have decimal commas. Lines end in LF or CRLF, fields may be quoted, a byte order mark, blank
+//! lines and the `sep=;` of spreadsheets are passed over.
 
 use std::io::{BufRead, BufReader, Read};
 
 use ::csv::{ByteRecord, Reader, ReaderBuilder, Terminator};
 
-use super::stamp::Stamp;
-use super::{Quality, ReadOptions};
+use super::choice::Choice;
+use super::clock::Clock;
+use super::decimal::{DecimalMark, with_point};
+use super::row::{Row, Rows, not_a_number};
+use super::{ColumnMap, Quality, ReadOptions};
 use crate::{Error, Result};
 
 /// Bytes asked of the system at a time.
@@ -16,58 +20,14 @@ const BUFFER_BYTES: usize = 1 << 18;
 /// A row longer than this is a quote that never closes, or no recording.
 const ROW_BYTES_MAX: usize = 1 << 20;
 
-/// One row of data: NaN is missing.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Row {
-    pub line: u64,
-    pub stamp: Stamp,
-    pub r: f64,
-    pub y: f64,
-    pub u: f64,
-    pub manual: bool,
-    pub extra: Vec<f64>,
-}
-
-impl Row {
-    /// Whether it says the same as another, cell by cell.
-    fn same_values(&self, other: &Self) -> bool {
-        let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || a == b;
-        same(self.r, other.r)
-            && same(self.y, other.y)
-            && same(self.u, other.u)
-            && self.manual == other.manual
-            && self.extra.len() == other.extra.len()
-            && self.extra.iter().zip(&other.extra).all(|(a, b)| same(*a, *b))
-    }
-}
-
-/// Checks that a row at the same time as the one before says the same: only then can it be dropped.
-pub(super) fn repeats(before: &Row, row: &Row) -> Result<()> {
-    if row.same_values(before) {
-        return Ok(());
-    }
-    Err(Error::new(format!("the time {} s again, with other values", row.stamp.t_s)).at_line(row.line))
-}
-
-/// A further column that is read: its name, its place, and whether text in it is refused or makes it no number.
-struct Extra {
-    name: String,
-    index: usize,
-    asked_for: bool,
-    text: bool,
-}
-
 /// Reads rows one after the other; memory stays that of one row.
-pub(super) struct RowReader<R: Read> {
+pub(super) struct CsvRows<R: Read> {
     reader: Reader<R>,
     record: ByteRecord,
     names: Vec<String>,
-    t: Option<usize>,
-    r: usize,
-    y: usize,
-    u: usize,
-    extra: Vec<Extra>,
-    when: Vec<(usize, super::When)>,
+    choice: Choice,
+    clock: Option<Clock>,
+    mark: DecimalMark,
     /// Lines seen so far, to tell blank ones.
     last_line: u64,
 }
@@ -92,34 +52,39 @@ impl<R: Read> Read for Ended<R> {
     }
 }
 
-/// The number in a cell without blanks around it; NaN for the words that say there is none; `None` for other text.
-pub(super) fn parse_number(cell: &[u8]) -> Option<f64> {
-    let text = std::str::from_utf8(cell).ok()?;
-    match text.parse::<f64>() {
-        Ok(x) if x.is_finite() => Some(x),
-        Ok(_) => Some(f64::NAN),
-        Err(_) => {
-            let is_none =
-                text.is_empty() || ["na", "n/a", "null", "none"].iter().any(|w| text.eq_ignore_ascii_case(w));
-            is_none.then_some(f64::NAN)
-        }
-    }
-}
-
 /// Wraps a source that holds UTF-8 text, after a look at what it begins with.
-pub(super) fn open<R: Read>(source: R, options: &ReadOptions) -> Result<RowReader<Ended<BufReader<R>>>> {
+pub(super) fn open<R: Read>(source: R, options: &ReadOptions) -> Result<CsvRows<Ended<BufReader<R>>>> {
+    let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
     let mut source = BufReader::with_capacity(BUFFER_BYTES, source);
-    let start = source.fill_buf().map_err(|e| Error::new(format!("can't be read: {e}")))?;
+    let start = source.fill_buf().map_err(refused)?;
     if start.starts_with(&[0xff, 0xfe]) || start.starts_with(&[0xfe, 0xff]) {
         return Err(Error::new("the text is UTF-16").allowed("UTF-8"));
     }
-    let header = start.split(|b| *b == b'\n').next().unwrap_or_default();
-    let delimiter = [b',', b';', b'\t'].into_iter().find(|d| header.contains(d)).unwrap_or(b',');
-    RowReader::new(Ended { source, last: b'\n' }, delimiter, options)
+    let mut lines = start.split(|b| *b == b'\n');
+    let first = lines.find(|line| !line.trim_ascii().is_empty()).unwrap_or_default();
+    let stated = stated_delimiter(first);
+    let delimiter = stated.unwrap_or_else(|| likely_delimiter(first));
+    CsvRows::new(Ended { source, last: b'\n' }, delimiter, stated.is_some(), options)
 }
 
-impl<R: Read> RowReader<R> {
-    fn new(source: R, delimiter: u8, options: &ReadOptions) -> Result<Self> {
+/// The separator that spreadsheets write on a line of its own before the header.
+fn stated_delimiter(line: &[u8]) -> Option<u8> {
+    let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
+    match line.trim_ascii_end().strip_prefix(b"sep=")? {
+        [delimiter @ (b',' | b';' | b'\t')] => Some(*delimiter),
+        _ => None,
+    }
+}
+
+/// The separator that the header has most of.
+fn likely_delimiter(header: &[u8]) -> u8 {
+    let count = |delimiter: u8| header.iter().filter(|b| **b == delimiter).count();
+    // Of equally many the last is taken, which for none of them is the comma.
+    [b'\t', b';', b','].into_iter().max_by_key(|d| count(*d)).unwrap_or(b',')
+}
+
+impl<R: Read> CsvRows<R> {
+    fn new(source: R, delimiter: u8, is_stated: bool, options: &ReadOptions) -> Result<Self> {
         // Lines end at LF alone, so that a record never ends between CR and LF and its line is known; the CR goes
         // with the blanks around a cell.
         let reader = ReaderBuilder::new()
@@ -133,14 +98,14 @@ impl<R: Read> RowReader<R> {
             reader,
             record: ByteRecord::new(),
             names: Vec::new(),
-            t: None,
-            r: 0,
-            y: 0,
-            u: 0,
-            extra: Vec::new(),
-            when: Vec::new(),
+            choice: Choice::default(),
+            clock: None,
+            mark: DecimalMark::beside(delimiter),
             last_line: 0,
         };
+        if is_stated {
+            rows.next_record(&mut Quality::default())?;
+        }
         let Some(line) = rows.next_record(&mut Quality::default())? else {
             return Err(Error::new("the file is empty").allowed("a header and rows of numbers"));
         };
@@ -159,68 +124,9 @@ impl<R: Read> RowReader<R> {
                 return Err(Error::new(format!("two columns are called '{name}'")));
             }
         }
-        let map = &options.columns;
-        self.t = match &map.t {
-            Some(name) if map.t_is_named || options.sample_time_s.is_none() => Some(self.find(name, "t")?),
-            Some(name) => self.names.iter().position(|n| n == name),
-            None if options.sample_time_s.is_some() => None,
-            None => return Err(Error::new("no column is t").allowed("name one, or give the sample time")),
-        };
-        self.r = self.find(&map.r, "r")?;
-        self.y = self.find(&map.y, "y")?;
-        self.u = self.find(&map.u, "u")?;
-        for when in &options.when {
-            self.when.push((self.find(&when.column, "a condition")?, when.clone()));
-        }
-        for name in &options.extra {
-            let index = self.find(name, "a further signal")?;
-            self.extra.push(Extra { name: name.clone(), index, asked_for: true, text: false });
-        }
-        if options.keep_extra {
-            for (index, name) in self.names.iter().enumerate() {
-                let taken = [self.t.unwrap_or(self.r), self.r, self.y, self.u].contains(&index)
-                    || self.extra.iter().any(|e| e.index == index);
-                if !taken && !name.is_empty() {
-                    self.extra.push(Extra { name: name.clone(), index, asked_for: false, text: false });
-                }
-            }
-        }
+        self.choice = Choice::of(&self.names, options)?;
+        self.clock = self.choice.t.map(|t| Clock::of(&self.names[t])).transpose()?;
         Ok(())
-    }
-
-    fn find(&self, name: &str, what_for: &str) -> Result<usize> {
-        self.names
-            .iter()
-            .position(|n| n == name)
-            .ok_or_else(|| no_column(name, what_for, self.names.iter().map(String::as_str)))
-    }
-
-    /// Whether the rows have time stamps.
-    pub fn has_time(&self) -> bool {
-        self.t.is_some()
-    }
-
-    /// The names of the further columns, in the order of [`Row::extra`].
-    pub fn extra_names(&self) -> Vec<String> {
-        self.extra.iter().map(|e| e.name.clone()).collect()
-    }
-
-    /// Which of the further columns turned out to hold text.
-    pub fn text_columns(&self) -> Vec<bool> {
-        self.extra.iter().map(|e| e.text).collect()
-    }
-
-    /// How much of the file has been read.
-    pub fn bytes_read(&self) -> u64 {
-        self.reader.position().byte()
-    }
-
-    /// Reads the next row into `row`; false at the end.
-    pub fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
-        let Some(line) = self.next_record(quality)? else { return Ok(false) };
-        self.parse(row, quality, line).map_err(|e| e.at_line(line))?;
-        quality.rows += 1;
-        Ok(true)
     }
 
     /// The next line that isn't blank, with its number.
@@ -269,75 +175,92 @@ impl<R: Read> RowReader<R> {
             }
         }
         row.line = line;
-        if let Some(t) = self.t {
-            let cell = self.cell(t);
-            row.stamp = Stamp::parse(cell).ok_or_else(|| {
-                let name = &self.names[t];
-                if cell.is_empty() || parse_number(cell).is_some() {
-                    Error::new(format!("no time stamp in column '{name}'"))
-                } else {
-                    not_a_number(cell, name)
-                }
-            })?;
+        if let (Some(t), Some(clock)) = (self.choice.t, &mut self.clock) {
+            let cell = self.record.get(t).unwrap_or_default().trim_ascii();
+            row.stamp = clock.read(cell, &mut self.mark)?;
         }
-        row.r = self.number(self.r, &mut quality.missing_r)?;
-        row.y = self.number(self.y, &mut quality.missing_y)?;
-        row.u = self.number(self.u, &mut quality.missing_u)?;
-        row.manual = self.when.iter().any(|(index, when)| !when.holds(self.cell(*index)));
+        row.r = self.number(self.choice.r, &mut quality.missing_r)?;
+        row.y = self.number(self.choice.y, &mut quality.missing_y)?;
+        row.u = self.number(self.choice.u, &mut quality.missing_u)?;
+        row.manual = self.is_manual();
         row.extra.clear();
-        for i in 0..self.extra.len() {
-            let Extra { index, asked_for, text, .. } = self.extra[i];
-            let cell = self.record.get(index).unwrap_or_default().trim_ascii();
-            let value = if text { Some(f64::NAN) } else { parse_number(cell) };
-            match value {
-                Some(value) => row.extra.push(value),
-                None if asked_for => return Err(not_a_number(cell, &self.names[index])),
-                None => {
-                    self.extra[i].text = true;
-                    row.extra.push(f64::NAN);
-                }
-            }
+        for i in 0..self.choice.extra.len() {
+            let value = self.extra_value(i)?;
+            row.extra.push(value);
         }
         Ok(())
+    }
+
+    fn is_manual(&self) -> bool {
+        self.choice.when.iter().any(|(index, when)| {
+            let cell = self.cell(*index);
+            !when.holds(self.mark.plain(cell).as_deref().unwrap_or(cell))
+        })
+    }
+
+    /// The value of a further column; text that nobody asked for makes the whole column one of text.
+    fn extra_value(&mut self, i: usize) -> Result<f64> {
+        let extra = &mut self.choice.extra[i];
+        if extra.text {
+            return Ok(f64::NAN);
+        }
+        let cell = self.record.get(extra.index).unwrap_or_default().trim_ascii();
+        match self.mark.number(cell) {
+            Ok(Some(value)) => Ok(value),
+            _ if !extra.asked_for => {
+                extra.text = true;
+                Ok(f64::NAN)
+            }
+            Ok(None) => Err(not_a_number(cell, &self.names[extra.index])),
+            Err(error) => Err(error),
+        }
     }
 
     fn cell(&self, index: usize) -> &[u8] {
         self.record.get(index).unwrap_or_default().trim_ascii()
     }
 
-    fn number(&self, index: usize, missing: &mut u64) -> Result<f64> {
-        let cell = self.cell(index);
-        let number = parse_number(cell).ok_or_else(|| not_a_number(cell, &self.names[index]))?;
+    fn number(&mut self, index: usize, missing: &mut u64) -> Result<f64> {
+        let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+        let number = self.mark.number(cell)?.ok_or_else(|| {
+            let error = not_a_number(cell, &self.names[index]);
+            if with_point(cell).is_some() { error.allowed("a decimal point") } else { error }
+        })?;
         *missing += u64::from(number.is_nan());
         Ok(number)
     }
 }
 
-fn not_a_number(cell: &[u8], column: &str) -> Error {
-    let error = Error::new(format!(
-        "'{}' in column '{column}' is not a number",
-        excerpt(&String::from_utf8_lossy(cell))
-    ));
-    let decimal_comma = cell.iter().filter(|b| **b == b',').count() == 1
-        && cell.iter().all(|b| b.is_ascii_digit() || b",+-eE".contains(b));
-    if decimal_comma { error.allowed("a decimal point") } else { error }
-}
+impl<R: Read + Send> Rows for CsvRows<R> {
+    fn has_time(&self) -> bool {
+        self.choice.t.is_some()
+    }
 
-pub(super) fn no_column<'a>(name: &str, what_for: &str, there: impl Iterator<Item = &'a str>) -> Error {
-    let there: Vec<_> = there.collect();
-    Error::new(format!("no column '{name}' for {what_for}"))
-        .allowed(format!("the columns are {}", excerpt(&there.join(", "))))
+    fn extra_names(&self) -> Vec<String> {
+        self.choice.extra.iter().map(|e| e.name.clone()).collect()
+    }
+
+    fn text_columns(&self) -> Vec<bool> {
+        self.choice.extra.iter().map(|e| e.text).collect()
+    }
+
+    fn columns(&self) -> &ColumnMap {
+        &self.choice.columns
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let clock = self.clock.as_ref().and_then(Clock::note);
+        self.choice.note.iter().cloned().chain(clock).collect()
+    }
+
+    fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
+        let Some(line) = self.next_record(quality)? else { return Ok(false) };
+        self.parse(row, quality, line).map_err(|e| e.at_line(line))?;
+        quality.rows += 1;
+        Ok(true)
+    }
 }
 
 fn plural(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-/// Enough of the input to find it by.
-fn excerpt(text: &str) -> String {
-    const LONGEST: usize = 200;
-    if text.chars().count() <= LONGEST {
-        return text.to_owned();
-    }
-    text.chars().take(LONGEST).chain("...".chars()).collect()
 }

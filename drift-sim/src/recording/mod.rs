@@ -1,16 +1,29 @@
-//! Recordings of a loop: r, y and u at uniform times, read from CSV without believing anything about the file.
+//! Recordings of a loop: r, y and u at uniform times, read without believing anything about the file: CSV, gzip,
+//! MATLAB, ULog and Parquet, told apart by how they begin.
 //!
 //! [`RecordingStream`] reads sample by sample in constant memory; [`Recording::read`] collects what it yields, so
 //! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the
 //! rest is one line with the number of the line it is about.
 
+mod choice;
+mod clock;
 mod columns;
 mod csv;
+mod decimal;
+mod format;
+mod guess;
+mod gzip;
+mod matlab;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod quality;
 mod resample;
+mod row;
 mod sampling;
 mod stamp;
 mod stream;
+mod table;
+mod ulog;
 mod when;
 mod write;
 
@@ -70,6 +83,8 @@ impl ReadOptions {
 pub struct Recording {
     /// What errors and reports call it: the path.
     pub name: String,
+    /// The names of the columns that the signals came from.
+    pub columns: ColumnMap,
     /// From one sample to the next, s.
     pub sample_time_s: f64,
     /// Time of the first sample, s.
@@ -89,7 +104,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads a CSV file whole; `-` is standard input.
+    /// Reads a file of any format whole; `-` is standard input.
     ///
     /// # Errors
     /// The file can't be read, lacks a column, holds text where numbers belong, is not uniformly sampled (and no
@@ -98,7 +113,7 @@ impl Recording {
         Self::collect(RecordingStream::open(path, options)?)
     }
 
-    /// Reads CSV text from anywhere; errors call it by `name`.
+    /// Reads any format from anywhere; errors call it by `name`.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -111,7 +126,8 @@ impl Recording {
     }
 
     fn collect(mut stream: RecordingStream) -> Result<Self> {
-        let mut recording = Self { name: stream.name().to_owned(), ..Self::default() };
+        let columns = stream.columns().clone();
+        let mut recording = Self { name: stream.name().to_owned(), columns, ..Self::default() };
         recording.extra = stream.extra_names().into_iter().map(|name| (name, Vec::new())).collect();
         while let Some(sample) = stream.next()? {
             recording.r.push(sample.r);
@@ -170,7 +186,7 @@ impl Recording {
         }
         self.extra.iter().find(|(n, _)| n == name).map(|(_, values)| values.as_slice()).ok_or_else(|| {
             let there = ["r", "y", "u"].into_iter().chain(self.extra.iter().map(|(n, _)| n.as_str()));
-            csv::no_column(name, "a signal", there).in_file(&self.name)
+            choice::no_column(name, "a signal", there).in_file(&self.name)
         })
     }
 }

@@ -35,6 +35,8 @@ pub struct Quality {
     pub resampled: Option<Jitter>,
     /// Further columns that were left out because they hold text.
     pub text_columns: Vec<String>,
+    /// What was chosen on the way and a person should know, a line each: names guessed, what time 0 is.
+    pub notes: Vec<String>,
 }
 
 /// How unequal the intervals between the first (up to 10 000) time stamps are.

@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use super::csv::{Row, repeats};
 use super::quality::Jitter;
+use super::row::{Row, repeats};
 use super::sampling::{forward_steps, goes_back, jitter, median, one_row};
 use super::stamp::Stamp;
 use crate::{Error, Result};

@@ -31,6 +31,21 @@ impl Stamp {
         }
         Some(Self { t_s, decimals: decimals.saturating_sub(exponent), digits })
     }
+
+    /// A time that was written with so many decimals.
+    pub fn written_to(t_s: f64, decimals: i32) -> Self {
+        Self { t_s, decimals, digits: f64::DIGITS as i32 }
+    }
+
+    /// The same stamp where its number counts seconds times ten to `exponent`.
+    pub fn scaled(self, exponent: i32) -> Self {
+        if exponent == 0 {
+            return self;
+        }
+        // Dividing by a whole power of ten rounds once; multiplying by its inverse twice.
+        let t_s = self.t_s / libm::pow(10.0, f64::from(-exponent));
+        Self { t_s, decimals: self.decimals.saturating_sub(exponent), ..self }
+    }
 }
 
 /// The finest writing seen so far: a fixed number of decimals, or of digits, from which trailing zeros may have

@@ -3,13 +3,16 @@
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::csv::{self, Ended, Row, RowReader};
+use super::format;
 use super::resample::Resampler;
+use super::row::{Row, Rows, repeats};
 use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
-use super::{Quality, ReadOptions, RowState};
+use super::{ColumnMap, Quality, ReadOptions, RowState};
 use crate::{Error, Result};
 
 /// One sample of a loop. NaN is missing.
@@ -33,8 +36,9 @@ pub struct Sample<'a> {
 
 /// Reads a recording sample by sample.
 pub struct RecordingStream {
-    rows: RowReader<Ended<BufReader<Box<dyn Read + Send>>>>,
+    rows: Box<dyn Rows>,
     file: String,
+    bytes_read: Arc<AtomicU64>,
     size_bytes: Option<u64>,
     /// Rows read ahead to find the sampling.
     head: VecDeque<Row>,
@@ -58,7 +62,7 @@ enum Pacing {
 }
 
 impl RecordingStream {
-    /// Opens a CSV file; `-` is standard input.
+    /// Opens a file of any format; `-` is standard input.
     ///
     /// # Errors
     /// The file can't be read, its header lacks a column, or its first rows are not uniformly sampled numbers.
@@ -74,7 +78,7 @@ impl RecordingStream {
         Ok(stream)
     }
 
-    /// Reads CSV text from anywhere; errors call it by `name`.
+    /// Reads any format from anywhere; errors call it by `name`.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -83,16 +87,23 @@ impl RecordingStream {
         source: impl Read + Send + 'static,
         options: &ReadOptions,
     ) -> Result<Self> {
-        Self::begin(name, Box::new(source), options).map_err(|e| e.in_file(name))
+        let bytes_read = Arc::new(AtomicU64::new(0));
+        let source = Counted { source, bytes: Arc::clone(&bytes_read) };
+        Self::begin(name, Box::new(source), bytes_read, options).map_err(|e| e.in_file(name))
     }
 
-    fn begin(name: &str, source: Box<dyn Read + Send>, options: &ReadOptions) -> Result<Self> {
+    fn begin(
+        name: &str,
+        source: Box<dyn Read + Send>,
+        bytes_read: Arc<AtomicU64>,
+        options: &ReadOptions,
+    ) -> Result<Self> {
         options.check()?;
-        let mut rows = csv::open(source, options)?;
+        let mut rows = format::open(source, options)?;
         let mut quality = Quality::default();
-        let (head, failed) = read_head(&mut rows, &mut quality);
+        let (head, failed) = read_head(rows.as_mut(), &mut quality);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.
-        let begun = begin_pacing(&rows, &head, options);
+        let begun = begin_pacing(rows.as_ref(), &head, options);
         let (pacing, start_s) = match (begun, failed) {
             (Err(error), Some(failure)) => {
                 let earlier =
@@ -106,6 +117,7 @@ impl RecordingStream {
             no_extra: vec![f64::NAN; rows.extra_names().len()],
             rows,
             file: name.to_owned(),
+            bytes_read,
             size_bytes: None,
             head,
             row: Row::default(),
@@ -160,7 +172,7 @@ impl RecordingStream {
     fn advance(&mut self) -> Result<Option<(f64, bool, Option<f64>)>> {
         if let Pacing::Resampled(resampler, _) = &mut self.pacing {
             let (head, rows, quality) = (&mut self.head, &mut self.rows, &mut self.quality);
-            let next = resampler.next(|row| next_row(head, rows, row, quality))?;
+            let next = resampler.next(|row| next_row(head, rows.as_mut(), row, quality))?;
             quality.gaps = resampler.gaps;
             quality.gap_samples = resampler.gap_samples;
             quality.duplicates = resampler.duplicates;
@@ -185,7 +197,7 @@ impl RecordingStream {
 
     /// Reads the next row that isn't a repetition, and how many samples are missing before it.
     fn next_new_row(&mut self) -> Result<bool> {
-        while next_row(&mut self.head, &mut self.rows, &mut self.row, &mut self.quality)? {
+        while next_row(&mut self.head, self.rows.as_mut(), &mut self.row, &mut self.quality)? {
             let Pacing::Grid(grid) = &mut self.pacing else { return Ok(true) };
             let place = grid.place(self.row.line, self.row.stamp)?;
             (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) = grid.deviation_max;
@@ -199,7 +211,7 @@ impl RecordingStream {
                     return Ok(true);
                 }
                 Place::Repeated => {
-                    csv::repeats(&self.before, &self.row)?;
+                    repeats(&self.before, &self.row)?;
                     self.quality.duplicates += 1;
                 }
             }
@@ -238,10 +250,16 @@ impl RecordingStream {
         self.rows.text_columns()
     }
 
+    /// The names of the columns that the signals are read from, those that were guessed among them.
+    pub fn columns(&self) -> &ColumnMap {
+        self.rows.columns()
+    }
+
     /// What was found so far; complete after the last sample. Cells of up to 10 000 rows that were read ahead are
     /// already counted.
     pub fn quality(&self) -> Quality {
         let mut quality = self.quality.clone();
+        quality.notes = self.rows.notes();
         match &self.pacing {
             Pacing::Grid(grid) => quality.time_resolution_s = grid.resolution_s(),
             Pacing::Resampled(resampler, _) => quality.resampled = Some(resampler.jitter),
@@ -252,7 +270,7 @@ impl RecordingStream {
 
     /// Bytes of the file read so far, for a progress bar.
     pub fn bytes_read(&self) -> u64 {
-        self.rows.bytes_read()
+        self.bytes_read.load(Ordering::Relaxed)
     }
 
     /// Bytes of the whole file; `None` where that isn't known.
@@ -266,8 +284,22 @@ impl RecordingStream {
     }
 }
 
+/// Counts what is read of the file itself, packed as it may be.
+struct Counted<R> {
+    source: R,
+    bytes: Arc<AtomicU64>,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.source.read(buffer)?;
+        self.bytes.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
 /// Reads the first rows, up to a broken one.
-fn read_head<R: Read>(rows: &mut RowReader<R>, quality: &mut Quality) -> (VecDeque<Row>, Option<Error>) {
+fn read_head(rows: &mut dyn Rows, quality: &mut Quality) -> (VecDeque<Row>, Option<Error>) {
     let mut head = VecDeque::new();
     while head.len() < HEAD_ROWS {
         let mut row = Row::default();
@@ -280,11 +312,7 @@ fn read_head<R: Read>(rows: &mut RowReader<R>, quality: &mut Quality) -> (VecDeq
     (head, None)
 }
 
-fn begin_pacing<R: Read>(
-    rows: &RowReader<R>,
-    head: &VecDeque<Row>,
-    options: &ReadOptions,
-) -> Result<(Pacing, f64)> {
+fn begin_pacing(rows: &dyn Rows, head: &VecDeque<Row>, options: &ReadOptions) -> Result<(Pacing, f64)> {
     let Some(first) = head.front() else {
         return Err(Error::new("no rows of data, only a header"));
     };
@@ -304,9 +332,9 @@ fn begin_pacing<R: Read>(
 }
 
 /// The next row: of those read ahead, then of the file.
-fn next_row<R: Read>(
+fn next_row(
     head: &mut VecDeque<Row>,
-    rows: &mut RowReader<R>,
+    rows: &mut dyn Rows,
     row: &mut Row,
     quality: &mut Quality,
 ) -> Result<bool> {

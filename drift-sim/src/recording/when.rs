@@ -47,7 +47,9 @@ impl When {
         }
         match &self.value {
             Value::Text(text) => (cell == text.as_bytes()) == (self.comparison == Comparison::Equal),
-            Value::Number(limit) => super::csv::parse_number(cell).is_some_and(|x| self.compares(x, *limit)),
+            Value::Number(limit) => {
+                super::decimal::parse_number(cell).is_some_and(|x| self.compares(x, *limit))
+            }
         }
     }
 

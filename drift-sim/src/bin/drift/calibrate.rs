@@ -6,14 +6,15 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use drift_core::Index;
 use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
-use drift_sim::recording::Recording;
 use drift_sim::{Error, Result, output, report};
 
 use crate::recording_arguments::RecordingArguments;
 
 /// Learns what healthy looks like: each channel's line, and thresholds for a wanted time between false alarms.
 #[derive(Args)]
-#[command(after_help = "Example: drift calibrate healthy.csv -o baseline.toml --report healthy.html")]
+#[command(
+    after_help = "Examples:\n  drift calibrate healthy.csv -o BASELINE.toml\n  drift calibrate mon.csv.gz tue.csv.gz --window 600 --columns r=SP,y=PV,u=OP --c drift_config.h -o BASELINE.toml"
+)]
 pub struct Arguments {
     /// Healthy recordings of one loop, all of one sample time
     #[arg(value_name = "HEALTHY.csv", required = true)]
@@ -115,9 +116,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if to_standard > 1 {
         return Err(Error::new("two outputs are '-'").allowed("one at most"));
     }
-    let read = arguments.recording.read_options();
-    let recordings =
-        arguments.recordings.iter().map(|path| Recording::read(path, &read)).collect::<Result<Vec<_>>>()?;
+    let read = |path: &PathBuf| arguments.recording.read(path, Vec::new());
+    let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
     let calibration =
         calibrate::calibrate(&signals, &options).map_err(|error| match arguments.recordings.as_slice() {
@@ -137,9 +137,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             .map_err(|e| Error::new(format!("JSON can't be written: {e}")))?;
         output::write_text(path, &format!("{text}\n"))?;
     }
-    if let Some(path) = page {
+    if let (Some(path), Some(first)) = (page, recordings.first()) {
         let command = report::command_line(std::env::args_os());
-        calibration.page(&signals, &arguments.recording.columns(), command).write(path)?;
+        calibration.page(&signals, &first.columns, command).write(path)?;
     }
     if to_standard == 0 {
         output::write_text(Path::new("-"), &calibration.to_text())?;

@@ -24,6 +24,7 @@ const DRIFT_PER_HOUR: f64 = 0.1;
 
 /// Shows the whole path on a made recording: a hidden sensor drift, caught.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  drift demo\n  drift demo --out demo --seed 7")]
 pub struct Arguments {
     /// Folder for the recording, the baseline, the picture and the report; made if missing
     #[arg(long, value_name = "DIR", default_value = "drift-demo")]
@@ -64,8 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let config = baseline.config()?;
     let mut chart = Chart::new(&config);
-    let options = ReadOptions::default();
-    let mut stream = RecordingStream::open(&recording, &options)?;
+    let mut stream = RecordingStream::open(&recording, &ReadOptions::default())?;
     let outputs = Outputs { chart: Some(&mut chart), ..Outputs::default() };
     let summary = watch(&mut stream, &config, outputs).map_err(|stopped| match stopped {
         Stopped::Input(error) => error,
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     })?;
     chart.figure(&summary).write_svg(&picture)?;
     let command = report::command_line(std::env::args_os());
-    page(&summary, &chart, &baseline, &options.columns, command).write(&report_path)?;
+    page(&summary, &chart, &baseline, stream.columns(), command).write(&report_path)?;
 
     println!(
         "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:",

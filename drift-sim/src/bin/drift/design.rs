@@ -15,6 +15,9 @@ use serde_json::{Value, json};
 ///
 /// Run lengths count decisions (one a hop), the residual being standardised, independent and normal.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  drift design --k 0.5 --h 5 --shift 1\n  drift design --k 0.5 --arl0 500 --json -"
+)]
 #[command(allow_negative_numbers = true, group(ArgGroup::new("threshold").required(true).args(["h", "arl0"])))]
 pub struct Arguments {
     /// Which detector.

@@ -7,7 +7,6 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
-use drift_sim::recording::Recording;
 use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
 
@@ -15,9 +14,11 @@ use crate::recording_arguments::RecordingArguments;
 
 /// Finds, names, models and proves the physics that a simulation left out of a recorded loop.
 #[derive(Args)]
-#[command(after_help = "Example: drift diagnose run.csv --loop loop.toml --report run.html")]
+#[command(
+    after_help = "Examples:\n  drift diagnose run.csv --loop LOOP.toml --report report.html\n  drift diagnose run.csv --loop LOOP.toml --healthy before.csv --model improved.toml --json -"
+)]
 pub struct Arguments {
-    /// The recording (CSV)
+    /// The recording, in any of the formats
     recording: PathBuf,
     /// What is known of the loop
     #[arg(long = "loop", value_name = "LOOP.toml")]
@@ -43,10 +44,10 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let model = Loop::read(&arguments.loop_file)?;
-    let mut options = arguments.reading.read_options();
-    options.extra.extend(model.inputs.iter().map(|input| input.column.clone()));
-    let read = |path: &Path| Signals::new(&Recording::read(path, &options)?, &model);
-    let train = read(&arguments.recording)?;
+    let inputs = || model.inputs.iter().map(|input| input.column.clone()).collect();
+    let read = |path: &Path| Signals::new(&arguments.reading.read(path, inputs())?, &model);
+    let recording = arguments.reading.read(&arguments.recording, inputs())?;
+    let train = Signals::new(&recording, &model)?;
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
@@ -57,7 +58,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         output::write_text(path, &found.improved.to_toml())?;
     }
     if let Some(path) = &arguments.report {
-        let columns = arguments.reading.columns();
         let case = page::Case {
             nominal: &model,
             train: &train,
@@ -65,7 +65,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
             recording: &arguments.recording,
             loop_file: &arguments.loop_file,
             holdout_file: arguments.holdout.as_deref(),
-            columns: &columns,
+            columns: &recording.columns,
         };
         page::page(&found, &case, command_line(std::env::args_os())).write(path)?;
     }

@@ -5,6 +5,7 @@ mod calibrate;
 mod demo;
 mod design;
 mod diagnose;
+mod init;
 mod monitor;
 mod paper;
 mod progress;
@@ -18,6 +19,9 @@ use clap::{Parser, Subcommand};
 /// Finds what a feedback loop hides.
 #[derive(Parser)]
 #[command(name = "drift", version, about, propagate_version = true)]
+#[command(
+    after_help = "Examples:\n  drift demo\n  drift init run.csv -o LOOP.toml && drift diagnose run.csv --loop LOOP.toml --report report.html\n  drift calibrate healthy.csv -o BASELINE.toml && drift monitor run.csv --baseline BASELINE.toml"
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -30,6 +34,7 @@ enum Command {
     Calibrate(Box<calibrate::Arguments>),
     Monitor(monitor::Arguments),
     Design(design::Arguments),
+    Init(init::Arguments),
     Diagnose(diagnose::Arguments),
     Paper(paper::Arguments),
 }
@@ -42,6 +47,7 @@ fn main() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
+        Command::Init(arguments) => init::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Monitor(arguments) => monitor::run(arguments),

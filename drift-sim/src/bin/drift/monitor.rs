@@ -18,9 +18,11 @@ use crate::recording_arguments::RecordingArguments;
 ///
 /// Exit code 3 where --fail-on's level is reached.
 #[derive(Args)]
-#[command(after_help = "Example: drift monitor run.csv --baseline baseline.toml --report run.html")]
+#[command(
+    after_help = "Examples:\n  drift monitor run.csv --baseline BASELINE.toml --plot run.svg\n  drift monitor - --baseline BASELINE.toml --json - --fail-on drift < run.csv"
+)]
 pub struct Arguments {
-    /// The recording (CSV); - is standard input
+    /// The recording, in any of the formats (CSV, gzip, .mat ...); - is standard input
     recording: PathBuf,
     /// What the healthy loop looks like, from `drift calibrate`
     #[arg(long, value_name = "BASELINE.toml")]
@@ -67,7 +69,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
-    let mut stream = RecordingStream::open(&arguments.recording, &arguments.reading.read_options())?;
+    let mut stream = arguments.reading.open(&arguments.recording)?;
     let drawn = arguments.plot.is_some() || arguments.report.is_some();
     let mut chart = drawn.then(|| Chart::new(&config));
     let Some(summary) = watch_all(&mut stream, &config, chart.as_mut(), arguments.json.as_deref())? else {
@@ -78,8 +80,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         chart.figure(&summary).write_svg(path)?;
     }
     if let (Some(chart), Some(path)) = (&chart, &arguments.report) {
-        let columns = arguments.reading.columns();
-        page(&summary, chart, &baseline, &columns, report::command_line(std::env::args_os())).write(path)?;
+        page(&summary, chart, &baseline, stream.columns(), report::command_line(std::env::args_os())).write(path)?;
     }
     if to_standard == 0 {
         let text = screen(&summary, baseline.promise.as_ref());

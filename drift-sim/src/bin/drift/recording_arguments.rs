@@ -1,13 +1,17 @@
 //! The arguments that say how a recording is read, the same in every command that reads one.
 
+use std::path::Path;
+
 use clap::Args;
-use drift_sim::recording::{ColumnMap, ReadOptions, When};
+use drift_sim::Result;
+use drift_sim::recording::{ColumnMap, ReadOptions, Recording, RecordingStream, When};
 
 /// How recordings are read.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Reading recordings")]
 pub struct RecordingArguments {
-    /// Columns of the signals where they are not called t, r, y, u; `t=` ignores the time stamps
+    /// Columns of the signals where they are not called t, r, y, u, nor SP, PV, OP and the like, which are guessed;
+    /// variables of a .mat, topic.field of a .ulg; `t=` ignores the time stamps
     #[arg(long, value_name = "t=time,r=SP,y=PV,u=OP")]
     columns: Option<ColumnMap>,
     /// Sample time in seconds where there are no time stamps
@@ -22,15 +26,24 @@ pub struct RecordingArguments {
 }
 
 impl RecordingArguments {
-    /// Which column is which signal.
-    pub fn columns(&self) -> ColumnMap {
-        self.columns.clone().unwrap_or_default()
+    /// Reads a recording whole, with these further columns, and tells what was chosen on the way.
+    pub fn read(&self, path: &Path, extra: Vec<String>) -> Result<Recording> {
+        let recording = Recording::read(path, &ReadOptions { extra, ..self.read_options() })?;
+        tell(&recording.name, &recording.quality.notes);
+        Ok(recording)
+    }
+
+    /// Opens a recording to be read sample by sample, and tells what was chosen on the way.
+    pub fn open(&self, path: &Path) -> Result<RecordingStream> {
+        let stream = RecordingStream::open(path, &self.read_options())?;
+        tell(stream.name(), &stream.quality().notes);
+        Ok(stream)
     }
 
     /// The library's options, with no further columns asked for.
-    pub fn read_options(&self) -> ReadOptions {
+    fn read_options(&self) -> ReadOptions {
         ReadOptions {
-            columns: self.columns(),
+            columns: self.columns.clone().unwrap_or_default(),
             sample_time_s: self.sample_time,
             resample_s: self.resample,
             when: self.when.clone(),
@@ -39,7 +52,14 @@ impl RecordingArguments {
     }
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+/// One line on standard error, so that nothing that was guessed stays hidden.
+fn tell(name: &str, notes: &[String]) {
+    if !notes.is_empty() {
+        eprintln!("{name}: {}", notes.join("; "));
+    }
+}
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s.is_finite() && s > 0.0 => Ok(s),
         _ => Err("a number of seconds above 0".into()),

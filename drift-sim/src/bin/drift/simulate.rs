@@ -7,7 +7,6 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::controller::Controller;
 use drift_sim::output::write_with;
-use drift_sim::recording::{ReadOptions, Recording};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Simulation, Start, diverged};
 use drift_sim::{Error, Result};
@@ -17,6 +16,9 @@ use crate::recording_arguments::RecordingArguments;
 
 /// Runs a loop; the reference comes from a recording, or is made: random levels as in the paper, or one level.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  drift simulate examples/loops/oven.toml -o run.csv --seed 1\n  drift simulate LOOP.toml --reference run.csv -o simulated.csv"
+)]
 pub struct Arguments {
     /// The loop file; `-` for standard input.
     #[arg(value_name = "LOOP.toml")]
@@ -75,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let asked = arguments.duration.map(|duration| samples(duration, model.sample_time_s)).transpose()?;
     let mut simulation = Simulation::new(&model, arguments.seed).map_err(in_loop_file)?;
     if let Some(path) = &arguments.reference {
-        let recorded = Driving::read(path, &model, arguments.reading.read_options())?;
+        let recorded = Driving::read(path, &model, &arguments.reading)?;
         simulation
             .start(&Start::from_recording(&model, &recorded.r, &recorded.y, &recorded.u))
             .map_err(in_loop_file)?;
@@ -194,9 +196,9 @@ impl Driving {
 
     /// The columns r, y and u and one by name for each of the loop's inputs, at the loop's sample time and without a
     /// gap: a simulation can't make up what drives it.
-    fn read(path: &Path, model: &Loop, mut options: ReadOptions) -> Result<Self> {
-        options.extra.extend(model.inputs.iter().map(|input| input.column.clone()));
-        let recording = Recording::read(path, &options)?;
+    fn read(path: &Path, model: &Loop, reading: &RecordingArguments) -> Result<Self> {
+        let inputs = model.inputs.iter().map(|input| input.column.clone());
+        let recording = reading.read(path, inputs.collect())?;
         if (recording.sample_time_s / model.sample_time_s - 1.0).abs() > SAMPLE_TIME_TOLERANCE {
             let what = format!(
                 "sampled every {} s, but the loop file's sample_time_s is {} s",

@@ -1,0 +1,38 @@
+//! `drift init`: a loop file proposed from a recording alone.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use drift_sim::init::propose;
+use drift_sim::{Result, output};
+
+use crate::recording_arguments::RecordingArguments;
+
+/// Proposes a loop file from a recording: sample time, controller, plant, each with how it was found and how sure it is.
+///
+/// What can't be found is left open in the file (controller kind "recorded", plant kind "identify") with the reason.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  drift init run.csv -o LOOP.toml\n  drift init log.mat --columns t=log.time,r=log.SP,y=log.PV,u=log.OP -o LOOP.toml"
+)]
+pub struct Arguments {
+    /// The recording, in any of the formats; - is standard input
+    #[arg(value_name = "REC")]
+    recording: PathBuf,
+    /// The loop file; - is standard output, and nothing else is printed then
+    #[arg(short, long, value_name = "LOOP.toml", default_value = "-")]
+    output: PathBuf,
+    #[command(flatten)]
+    reading: RecordingArguments,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let proposal = propose(&arguments.reading.read(&arguments.recording, Vec::new())?)?;
+    output::write_text(&arguments.output, &proposal.to_toml())?;
+    if arguments.output != Path::new("-") {
+        output::write_text(Path::new("-"), &proposal.screen())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

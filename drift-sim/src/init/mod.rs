@@ -1,0 +1,225 @@
+//! A loop file proposed from a recording alone: the control law by replay, the plant by identification, a window from
+//! the loop's correlation, each with how it was found and how sure it is. What can't be found is left open and said.
+
+mod control_law;
+mod least_squares;
+mod limits;
+mod linear_plant;
+mod text;
+
+use std::path::Path;
+
+use crate::calibrate::{Options, Signals as WindowSignals, timing};
+use crate::control_loop::{Loop, Sensor};
+use crate::controller::Controller;
+use crate::diagnose::controller_replay::TOLERANCE;
+use crate::diagnose::signals::{Signals, deviation};
+use crate::physics::Units;
+use crate::plant::Plant;
+use crate::recording::Recording;
+use crate::{Error, Result};
+
+/// A proposed loop and why it is as it is.
+#[derive(Debug, Clone)]
+pub struct Proposal {
+    /// The loop. Its controller is `recorded`, its plant `identify`, where nothing was found.
+    pub model: Loop,
+    /// On the recording and the sample time, one line each.
+    pub about_loop: Vec<String>,
+    /// On the controller.
+    pub about_controller: Vec<String>,
+    /// On the plant.
+    pub about_plant: Vec<String>,
+    /// The window for `drift calibrate`, s; `None` where none was found.
+    pub window_s: Option<f64>,
+}
+
+impl Proposal {
+    /// The loop file, the reasons as comments.
+    pub fn to_toml(&self) -> String {
+        text::toml(self)
+    }
+
+    /// The reasons for people.
+    pub fn screen(&self) -> String {
+        text::screen(self)
+    }
+}
+
+/// Proposes a loop for a recording.
+///
+/// # Errors
+/// Fewer than 100 samples, or a y or u that never changes: no loop can be read off such a recording.
+pub fn propose(recording: &Recording) -> Result<Proposal> {
+    let open = Loop {
+        sample_time_s: recording.sample_time_s,
+        units: Units::default(),
+        controller: Controller::Recorded,
+        plant: Plant::Identify,
+        sensor: Sensor::default(),
+        inputs: Vec::new(),
+        physics: Vec::new(),
+    };
+    let signals = Signals::new(recording, &open)?;
+    if signals.u.iter().all(|u| *u == 0.0) || deviation(&signals.u) <= 1e-12 * largest(&signals.u) {
+        return Err(Error::new("u never changes")
+            .allowed("a recording in which the loop moves")
+            .in_file(&recording.name));
+    }
+    let mut proposal = Proposal {
+        model: open,
+        about_loop: vec![format!(
+            "Proposed by `drift init` from {}: {} samples, {} s.",
+            file_name(&recording.name),
+            recording.len(),
+            round(recording.duration_s())
+        )],
+        about_controller: Vec::new(),
+        about_plant: Vec::new(),
+        window_s: None,
+    };
+    proposal.say_how_it_was_sampled(recording);
+    proposal.find_controller(&signals);
+    proposal.find_plant(&signals);
+    proposal.find_window(recording);
+    Ok(proposal)
+}
+
+impl Proposal {
+    fn say_how_it_was_sampled(&mut self, recording: &Recording) {
+        let quality = &recording.quality;
+        self.about_loop.extend(quality.notes.iter().cloned());
+        let stamps = match &quality.resampled {
+            Some(jitter) => format!("resampled, from {jitter}"),
+            None if quality.time_resolution_s > 0.0 && quality.time_deviation_max_s == 0.0 => {
+                "every time stamp on this grid".into()
+            }
+            None if quality.time_resolution_s > 0.0 => {
+                format!("every time stamp within {:.2e} s of this grid", quality.time_deviation_max_s)
+            }
+            None => "as given: there are no time stamps".into(),
+        };
+        self.about_loop.push(format!("sample_time_s: {stamps}."));
+        if deviation(&recording.r) == 0.0 {
+            self.about_loop
+                .push("r never changes: only disturbances move this loop, so the plant is less sure.".into());
+        }
+    }
+
+    fn find_controller(&mut self, signals: &Signals) {
+        let found = control_law::find(&self.model, signals);
+        let about = &mut self.about_controller;
+        match (&found.controller, found.best) {
+            (Controller::Recorded, Some((kind, misses, last))) => {
+                about.push(
+                    "No law of the loop file makes the recorded u of r and y, so u is taken as recorded:"
+                        .into(),
+                );
+                about.push(format!(
+                    "the best ({kind}) misses u by {} of its deviation ({} on the last 30 %); allowed are {}.",
+                    percent(misses),
+                    percent(last),
+                    percent(TOLERANCE)
+                ));
+            }
+            (Controller::Recorded, None) => {
+                about.push("No law could be fitted to u: it is taken as recorded.".into());
+            }
+            (_, best) => {
+                let (misses, last) = best.map_or((f64::NAN, f64::NAN), |(_, misses, last)| (misses, last));
+                about.push(format!(
+                    "Fitted to the recorded r, y and u; replayed it misses u by {} of its deviation ({} on the last 30 %).",
+                    percent(misses),
+                    percent(last)
+                ));
+                for (name, value, half_width) in &found.intervals {
+                    about.push(if *half_width < 1e-6 * value.abs() {
+                        format!("{name}: exact to its six digits")
+                    } else {
+                        format!("{name}: +- {half_width:.1e} (95 %)")
+                    });
+                }
+                let limits = found.controller.limits();
+                if limits.u_min.is_finite() || limits.u_max.is_finite() {
+                    about.push("u_min, u_max: u stays there, and only with them the law follows it.".into());
+                }
+                if found.skipped > 0 {
+                    about.push(format!(
+                        "The law does not hold for the first {} samples, left out here.",
+                        found.skipped
+                    ));
+                }
+            }
+        }
+        self.model.controller = found.controller;
+    }
+
+    fn find_plant(&mut self, signals: &Signals) {
+        let about = &mut self.about_plant;
+        match linear_plant::find(signals) {
+            Ok(found) => {
+                about.push(format!("Identified from u and y: {}.", found.says));
+                about.push(format!(
+                    "Fitted to the first 70 %; on the last 30 %, simulated from u alone, it explains {} of y's variance.",
+                    percent(found.explains)
+                ));
+                if found.explains < 0.9 {
+                    about.push("That is little: take its numbers as a first guess.".into());
+                }
+                if found.load.is_some() {
+                    about.push("The load_step below is its offset: the u at which it rests at y = 0, or holds still.".into());
+                }
+                self.model.plant = found.plant;
+                self.model.physics.extend(found.load);
+            }
+            Err(explains) => {
+                about.push("Not identified: one lag, an integrator, a servo and two lags were tried;".into());
+                about.push(if explains > 0.0 {
+                    format!(
+                        "simulated from u alone on the last 30 %, the best explains {} of y's variance, and 50 % are needed.",
+                        percent(explains)
+                    )
+                } else {
+                    "simulated from u alone on the last 30 %, all are worse than a constant.".into()
+                });
+                about.push(
+                    "State the plant here, or take a recording in which u moves y more than disturbances do."
+                        .into(),
+                );
+            }
+        }
+    }
+
+    fn find_window(&mut self, recording: &Recording) {
+        let signals = WindowSignals::from(recording);
+        if let Ok(choice) = timing::choose(&[signals], &Options::default()) {
+            self.window_s = Some(round(
+                f64::from(choice.timing.block_ticks)
+                    * f64::from(choice.timing.window_blocks)
+                    * recording.sample_time_s,
+            ));
+            self.about_loop.extend(choice.reason.map(|reason| format!("For `drift calibrate`: {reason}.")));
+        }
+    }
+}
+
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+fn percent(share: f64) -> String {
+    if share.abs() < 1e-5 { "less than 0.001 %".into() } else { format!("{} %", three_digits(100.0 * share)) }
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+}
+
+/// Six digits: more than any fit is worth, and short to read.
+fn round(x: f64) -> f64 {
+    format!("{x:.5e}").parse().unwrap_or(x)
+}
+
+fn three_digits(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
+}

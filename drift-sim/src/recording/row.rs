@@ -1,0 +1,68 @@
+//! One row of data, and what every format's reader has in common: rows one after the other, each with its place.
+
+use super::{ColumnMap, Quality};
+use super::stamp::Stamp;
+use crate::{Error, Result};
+
+/// One row of data: NaN is missing.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Row {
+    /// Its line in a text; in a table, which row it is (from 1).
+    pub line: u64,
+    pub stamp: Stamp,
+    pub r: f64,
+    pub y: f64,
+    pub u: f64,
+    pub manual: bool,
+    pub extra: Vec<f64>,
+}
+
+impl Row {
+    /// Whether it says the same as another, cell by cell.
+    fn same_values(&self, other: &Self) -> bool {
+        let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || a == b;
+        same(self.r, other.r)
+            && same(self.y, other.y)
+            && same(self.u, other.u)
+            && self.manual == other.manual
+            && self.extra.len() == other.extra.len()
+            && self.extra.iter().zip(&other.extra).all(|(a, b)| same(*a, *b))
+    }
+}
+
+/// Checks that a row at the same time as the one before says the same: only then can it be dropped.
+pub(super) fn repeats(before: &Row, row: &Row) -> Result<()> {
+    if row.same_values(before) {
+        return Ok(());
+    }
+    Err(Error::new(format!("the time {} s again, with other values", row.stamp.t_s)).at_line(row.line))
+}
+
+/// Rows of any format.
+pub(super) trait Rows: Send {
+    /// Whether the rows have time stamps.
+    fn has_time(&self) -> bool;
+    /// The names of the further columns, in the order of [`Row::extra`].
+    fn extra_names(&self) -> Vec<String>;
+    /// Which of the further columns turned out to hold text.
+    fn text_columns(&self) -> Vec<bool>;
+    /// The names of the columns that the signals are read from.
+    fn columns(&self) -> &ColumnMap;
+    /// What was chosen on the way and a person should know, one line each.
+    fn notes(&self) -> Vec<String>;
+    /// Reads the next row into `row`; false at the end.
+    fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool>;
+}
+
+/// Enough of the input to find it by.
+pub(super) fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 200;
+    if text.chars().count() <= LONGEST {
+        return text.to_owned();
+    }
+    text.chars().take(LONGEST).chain("...".chars()).collect()
+}
+
+pub(super) fn not_a_number(cell: &[u8], column: &str) -> Error {
+    Error::new(format!("'{}' in column '{column}' is not a number", excerpt(&String::from_utf8_lossy(cell))))
+}

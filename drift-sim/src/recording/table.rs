@@ -1,0 +1,170 @@
+//! Named columns in memory, as the binary formats hold them, read row by row like the lines of a text.
+//!
+//! A number in a time column is taken as the shortest text that reads back as it, so that times of two decimals are
+//! known to be rounded to two decimals wherever they come from.
+
+use super::choice::Choice;
+use super::clock::Clock;
+use super::decimal::DecimalMark;
+use super::row::{Row, Rows, not_a_number};
+use super::{ColumnMap, Quality, ReadOptions};
+use crate::{Error, Result};
+
+/// The cells of one column. NaN and `None` are missing.
+#[derive(Debug, Clone)]
+pub(super) enum Cells {
+    Double(Vec<f64>),
+    Single(Vec<f32>),
+    #[cfg_attr(not(feature = "parquet"), expect(dead_code, reason = "only Parquet holds text"))]
+    Text(Vec<Option<String>>),
+}
+
+impl Cells {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Double(values) => values.len(),
+            Self::Single(values) => values.len(),
+            Self::Text(values) => values.len(),
+        }
+    }
+
+    /// The number in a row; `None` where there is text.
+    fn number(&self, row: usize) -> Option<f64> {
+        let number = match self {
+            Self::Double(values) => values.get(row).copied(),
+            Self::Single(values) => values.get(row).map(|x| f64::from(*x)),
+            Self::Text(values) => match values.get(row) {
+                Some(Some(_)) => return None,
+                _ => None,
+            },
+        };
+        Some(number.filter(|x| x.is_finite()).unwrap_or(f64::NAN))
+    }
+
+    fn text(&self, row: usize) -> String {
+        match self {
+            Self::Double(values) => values.get(row).map(|x| x.to_string()),
+            Self::Single(values) => values.get(row).map(|x| x.to_string()),
+            Self::Text(values) => values.get(row).cloned().flatten(),
+        }
+        .unwrap_or_default()
+    }
+}
+
+/// The columns that are read, of equal length.
+pub(super) struct TableRows {
+    /// Those of t, r, y, u, the conditions and the further columns, by the indices of `choice`.
+    columns: Vec<(String, Cells)>,
+    choice: Choice,
+    clock: Option<Clock>,
+    notes: Vec<String>,
+    next: usize,
+    count: usize,
+}
+
+impl TableRows {
+    /// Chooses columns of a table; those of another length than y are only passed over where nobody asked for them.
+    ///
+    /// # Errors
+    /// A column isn't there, or is of another length.
+    pub fn new(mut columns: Vec<(String, Cells)>, notes: Vec<String>, options: &ReadOptions) -> Result<Self> {
+        let names: Vec<String> = columns.iter().map(|(name, _)| name.clone()).collect();
+        let mut choice = Choice::of(&names, options)?;
+        let length = |index: usize| columns.get(index).map_or(0, |(_, cells)| cells.len());
+        let count = length(choice.y);
+        choice.extra.retain(|extra| extra.asked_for || length(extra.index) == count);
+        let asked = [choice.r, choice.u].into_iter().chain(choice.t);
+        let asked = asked.chain(choice.when.iter().map(|(index, _)| *index));
+        for index in asked.chain(choice.extra.iter().map(|extra| extra.index)) {
+            if length(index) != count {
+                let (name, y) = (&names[index], &names[choice.y]);
+                let what = format!("'{name}' has {} values, '{y}' has {count}", length(index));
+                return Err(Error::new(what).allowed("equally many"));
+            }
+        }
+        for (index, (_, cells)) in columns.iter_mut().enumerate() {
+            if !choice.uses(index) {
+                *cells = Cells::Single(Vec::new());
+            }
+        }
+        let clock = choice.t.map(|t| Clock::of(&names[t])).transpose()?;
+        Ok(Self { columns, choice, clock, notes, next: 0, count })
+    }
+
+    fn number(&self, index: usize, row: usize) -> Result<f64> {
+        let Some((name, cells)) = self.columns.get(index) else { return Ok(f64::NAN) };
+        cells.number(row).ok_or_else(|| not_a_number(cells.text(row).as_bytes(), name))
+    }
+
+    fn signal(&self, index: usize, row: usize, missing: &mut u64) -> Result<f64> {
+        let number = self.number(index, row)?;
+        *missing += u64::from(number.is_nan());
+        Ok(number)
+    }
+
+    fn text(&self, index: usize, row: usize) -> String {
+        self.columns.get(index).map_or_else(String::new, |(_, cells)| cells.text(row))
+    }
+
+    fn parse(&mut self, at: usize, row: &mut Row, quality: &mut Quality) -> Result<()> {
+        if let Some(t) = self.choice.t {
+            let cell = self.text(t, at);
+            if let Some(clock) = &mut self.clock {
+                row.stamp = clock.read(cell.as_bytes(), &mut DecimalMark::Point)?;
+            }
+        }
+        row.r = self.signal(self.choice.r, at, &mut quality.missing_r)?;
+        row.y = self.signal(self.choice.y, at, &mut quality.missing_y)?;
+        row.u = self.signal(self.choice.u, at, &mut quality.missing_u)?;
+        row.manual =
+            self.choice.when.iter().any(|(index, when)| !when.holds(self.text(*index, at).as_bytes()));
+        row.extra.clear();
+        for i in 0..self.choice.extra.len() {
+            let (index, asked_for) = (self.choice.extra[i].index, self.choice.extra[i].asked_for);
+            match self.number(index, at) {
+                Ok(value) => row.extra.push(value),
+                Err(error) if asked_for => return Err(error),
+                Err(_) => {
+                    self.choice.extra[i].text = true;
+                    row.extra.push(f64::NAN);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Rows for TableRows {
+    fn has_time(&self) -> bool {
+        self.choice.t.is_some()
+    }
+
+    fn extra_names(&self) -> Vec<String> {
+        self.choice.extra.iter().map(|e| e.name.clone()).collect()
+    }
+
+    fn text_columns(&self) -> Vec<bool> {
+        self.choice.extra.iter().map(|e| e.text).collect()
+    }
+
+    fn columns(&self) -> &ColumnMap {
+        &self.choice.columns
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let clock = self.clock.as_ref().and_then(Clock::note);
+        self.choice.note.iter().chain(&self.notes).cloned().chain(clock).collect()
+    }
+
+    fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
+        let at = self.next;
+        if at >= self.count {
+            return Ok(false);
+        }
+        self.next += 1;
+        row.line = self.next as u64;
+        self.parse(at, row, quality).map_err(|e| e.at_line(row.line))?;
+        quality.rows += 1;
+        Ok(true)
+    }
+}

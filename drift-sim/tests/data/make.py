@@ -1,0 +1,93 @@
+"""Writes the recordings of this folder with each format's own tools; run by hand: python3 make.py
+
+Made with Python 3.11, numpy 2, scipy 1.17.1, pyarrow 26.0.1. The signals are formulas that recording_formats.rs repeats.
+"""
+
+import gzip
+import struct
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from scipy.io import savemat
+
+HERE = Path(__file__).parent
+k = np.arange(120)
+t = np.array([float(f"{i / 10:.1f}") for i in k])
+r = (k // 40).astype(float)
+y = (k * 7919 % 101) / 101
+u = (k * k % 97) / 97 - 0.5
+
+
+def csv():
+    lines = ["t,r,y,u"] + [f"{a},{b},{c!r},{d!r}" for a, b, c, d in zip(t, r, map(float, y), map(float, u))]
+    with gzip.GzipFile(HERE / "loop.csv.gz", "wb", mtime=0) as f:
+        f.write(("\n".join(lines) + "\n").encode())
+
+
+def matlab():
+    own = {"t": t, "r": r, "y": y, "u": u}
+    savemat(HERE / "vectors_v7.mat", {**own, "gain": 3.0, "name": "loop"}, do_compression=True, oned_as="column")
+    savemat(HERE / "vectors_v6.mat", own, do_compression=False, oned_as="row")
+    # As a logger leaves it: a struct, small integers, single precision, things that are no signals, an empty field.
+    log = {
+        "time": t.astype(np.float32), "SP": r.astype(np.int16), "PV": y, "OP": u,
+        "mode": (k >= 10).astype(np.uint8), "note": "text", "cell": np.array([1, "a"], dtype=object),
+        "nothing": np.array([]), "complex": y + 1j, "other_rate": np.arange(7.0),
+    }
+    savemat(HERE / "struct.mat", {"log": log}, do_compression=True)
+    # Simulink's structure with time, and a matrix.
+    signals = np.empty(3, dtype=[("values", object), ("label", object)])
+    for i, (values, label) in enumerate([(r, "r"), (y, "y"), (u, "u")]):
+        signals[i] = (values.reshape(-1, 1), label)
+    savemat(HERE / "simulink.mat", {"out": {"time": t, "signals": signals}, "m": np.column_stack([t, r, y, u])})
+
+
+def parquet():
+    start = np.datetime64("2024-05-01T12:00:00.000")
+    table = pa.table({
+        "time": start + (k * 100).astype("timedelta64[ms]"),
+        "t": t, "r": r.astype(np.int32), "y": y, "u": u,
+        "y32": y.astype(np.float32), "mode": ["AUTO" if i >= 10 else "MAN" for i in k],
+        "gaps": pa.array([None if i % 7 == 0 else float(i) for i in k]), "on": k >= 10,
+    })
+    for codec in ["none", "snappy", "gzip", "zstd", "brotli", "lz4"]:
+        pq.write_table(table, HERE / f"loop_{codec}.parquet", compression=codec, row_group_size=50)
+
+
+def ulog():
+    """PX4's ULog as its specification (docs.px4.io, "ULog File Format") states it: pyulog reads only."""
+
+    def message(kind, payload):
+        return struct.pack("<HB", len(payload), ord(kind)) + payload
+
+    def data(msg_id, payload):
+        return message("D", struct.pack("<H", msg_id) + payload)
+
+    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 5_000_000)
+    out += message("B", bytes(40))
+    out += message("I", bytes([12]) + b"char[4] name" + b"loop")
+    out += message("F", b"point:float x;float[2] pair;")
+    out += message("F", b"control:uint64_t timestamp;float u;uint8_t[4] _padding0;")
+    out += message("F", b"sensor:uint64_t timestamp;double y;int8_t state;point where;bool on;uint8_t[7] _padding1;")
+    out += message("F", b"wanted:uint64_t timestamp;double r;")
+    for multi_id, msg_id, name in [(0, 0, b"control"), (0, 1, b"sensor"), (1, 2, b"sensor"), (0, 3, b"wanted")]:
+        out += message("A", struct.pack("<BH", multi_id, msg_id) + name)
+    for i in range(120):
+        now = 5_000_000 + i * 100_000
+        # r comes only when it changes, u a little before y, as in a flight log.
+        if i % 40 == 0:
+            out += data(3, struct.pack("<Qd", now - 2_000, r[i]))
+        out += data(0, struct.pack("<Qf", now - 1_000, u[i]))
+        out += data(1, struct.pack("<Qdbfff?", now, y[i], -1, 1.0, 2.0, 3.0, i >= 10))
+        out += data(2, struct.pack("<Qdbfff?", now, -y[i], -1, 1.0, 2.0, 3.0, False))
+        if i == 60:
+            out += message("L", b"6" + struct.pack("<Q", now) + b"half of it") + message("O", struct.pack("<H", 20))
+    (HERE / "flight.ulg").write_bytes(out)
+
+
+csv()
+matlab()
+parquet()
+ulog()

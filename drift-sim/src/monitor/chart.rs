@@ -7,6 +7,7 @@ use super::events::EventKind;
 use super::run::Hop;
 use super::summary::Summary;
 use super::thinned::Thinned;
+use crate::plot::terminal::{COLUMNS, Signs, farthest, row, stretches};
 use crate::plot::{Colour, Figure, Layer, Panel};
 
 /// Collects the signals of a run.
@@ -38,6 +39,27 @@ impl Chart {
         for (z, channel) in self.z.iter_mut().zip(&hop.report.channels) {
             z.add(hop.to_s, f64::from(channel.z));
         }
+    }
+
+    /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from zero, all
+    /// rows between the same limits.
+    pub fn rows(&self, summary: &Summary, signs: Signs) -> String {
+        let channels = self.z.iter().zip(&summary.channels).filter(|(_, c)| c.learned && c.judged > 0);
+        let rows: Vec<(&str, Vec<f64>)> = channels
+            .map(|(z, channel)| {
+                let values: Vec<f64> = z.points().into_iter().map(|(_, z)| z).collect();
+                (channel.kind.name(), stretches(&values, COLUMNS, farthest))
+            })
+            .collect();
+        let most = rows.iter().flat_map(|(_, z)| z).map(|z| z.abs()).fold(0.0, f64::max);
+        if most == 0.0 {
+            return String::new();
+        }
+        let mut text = format!("\nresiduals over the recording, -{most:.1} to {most:.1} sigma\n");
+        for (name, z) in &rows {
+            text += &format!("  {name:<16} {}\n", row(z, (-most, most), signs));
+        }
+        text
     }
 
     /// Draws it.

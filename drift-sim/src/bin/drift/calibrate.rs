@@ -9,10 +9,16 @@ use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
 use drift_sim::recording::Recording;
 use drift_sim::{Error, Result, output};
 
+use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
 /// Learns what healthy looks like: each channel's line, and thresholds for a wanted time between false alarms.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  drift calibrate healthy.csv -o baseline.toml
+  drift calibrate monday.csv tuesday.csv --window 600 --false-alarm-every 720 -o baseline.toml
+  drift calibrate axis.csv --columns t=time,r=SP,y=PV,u=OP --effort motion -o baseline.toml --rust config.rs --c config.h")]
 pub struct Arguments {
     /// Healthy recordings of one loop, all of one sample time
     #[arg(value_name = "HEALTHY.csv", required = true)]
@@ -111,6 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if to_standard > 1 {
         return Err(Error::new("two outputs are '-'").allowed("one at most"));
     }
+    let progress = Progress::of_unknown("calibrating");
     let read = arguments.recording.read_options();
     let recordings =
         arguments.recordings.iter().map(|path| Recording::read(path, &read)).collect::<Result<Vec<_>>>()?;
@@ -120,6 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             [only] => error.in_file(only),
             _ => error,
         })?;
+    drop(progress);
     let file = &calibration.file;
     output::write_text(&arguments.output, &file.to_toml())?;
     if let Some(path) = &arguments.rust {

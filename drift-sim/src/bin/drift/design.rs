@@ -15,7 +15,11 @@ use serde_json::{Value, json};
 ///
 /// Run lengths count decisions (one a hop), the residual being standardised, independent and normal.
 #[derive(Args)]
-#[command(allow_negative_numbers = true, group(ArgGroup::new("threshold").required(true).args(["h", "arl0"])))]
+#[command(allow_negative_numbers = true, after_help = "\
+Examples:
+  drift design --k 0.5 --h 5
+  drift design --k 0.5 --arl0 2000 --windows 200 --hop-s 3
+  drift design --detector shewhart --arl0 2000 --shift 2", group(ArgGroup::new("threshold").required(true).args(["h", "arl0"])))]
 pub struct Arguments {
     /// Which detector.
     #[arg(long, value_enum, default_value_t = Detector::Cusum)]

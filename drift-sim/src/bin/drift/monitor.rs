@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use drift_core::Config;
 use drift_sim::baseline_file::BaselineFile;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, screen, watch};
+use drift_sim::plot::terminal::Signs;
 use drift_sim::recording::RecordingStream;
 use drift_sim::{Error, Result, output};
 
@@ -18,6 +19,11 @@ use crate::recording_arguments::RecordingArguments;
 ///
 /// Exit code 3 where --fail-on's level is reached.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  drift monitor recording.csv --baseline baseline.toml
+  drift monitor recording.csv --baseline baseline.toml --plot run.svg --json decisions.jsonl
+  drift monitor - --baseline baseline.toml --fail-on drift")]
 pub struct Arguments {
     /// The recording (CSV); - is standard input
     recording: PathBuf,
@@ -63,16 +69,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
     let mut stream = RecordingStream::open(&arguments.recording, &arguments.reading.read_options())?;
-    let mut chart = arguments.plot.as_ref().map(|_| Chart::new(&config));
-    let Some(summary) = watch_all(&mut stream, &config, chart.as_mut(), arguments.json.as_deref())? else {
+    let mut chart = Chart::new(&config);
+    let Some(summary) = watch_all(&mut stream, &config, &mut chart, arguments.json.as_deref())? else {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.
         return Ok(ExitCode::SUCCESS);
     };
-    if let (Some(chart), Some(path)) = (&chart, &arguments.plot) {
+    if let Some(path) = &arguments.plot {
         chart.figure(&summary).write_svg(path)?;
     }
     if !standard_output(&arguments.json) && !standard_output(&arguments.plot) {
-        let text = screen(&summary, baseline.promise.as_ref());
+        let text = screen(&summary, baseline.promise.as_ref()) + &chart.rows(&summary, Signs::of_locale());
         output::write_text(Path::new("-"), &text)?;
     }
     let failed = arguments.fail_on.is_some_and(|level| summary.reaches(level.into()));
@@ -83,11 +89,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
 fn watch_all(
     stream: &mut RecordingStream,
     config: &Config<f32, 3>,
-    chart: Option<&mut Chart>,
+    chart: &mut Chart,
     json: Option<&Path>,
 ) -> Result<Option<Summary>> {
     let bar = Progress::of_bytes("monitoring", stream.size_bytes());
     let progress = |bytes: u64| bar.at(bytes);
+    let chart = Some(chart);
     let Some(path) = json else {
         return watch(stream, config, Outputs { json: None, chart, progress: Some(&progress) })
             .map(Some)

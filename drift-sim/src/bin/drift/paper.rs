@@ -13,6 +13,10 @@ use crate::progress::Progress;
 ///
 /// Writes paper.md (one page with everything), paper.json (every number) and the figures as SVG.
 #[derive(Args)]
+#[command(after_help = "\
+Examples:
+  drift paper
+  drift paper --out paper --seed 2")]
 pub struct Arguments {
     /// The folder to write to; made if it is missing.
     #[arg(long, value_name = "DIR", default_value = "paper")]

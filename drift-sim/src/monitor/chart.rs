@@ -21,7 +21,7 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// Nothing yet.
+    /// A chart without any sample, with the limits of this configuration.
     pub fn new(config: &Config<f32, 3>) -> Self {
         let new = Thinned::new;
         Self { config: *config, r: new(), y: new(), u: new(), z: [new(), new(), new()] }
@@ -41,7 +41,8 @@ impl Chart {
         }
     }
 
-    /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from zero, all
+    /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from
+    /// zero, all
     /// rows between the same limits.
     pub fn rows(&self, summary: &Summary, signs: Signs) -> String {
         let channels = self.z.iter().zip(&summary.channels).filter(|(_, c)| c.learned && c.judged > 0);

@@ -17,7 +17,7 @@ pub enum Signs {
 impl Signs {
     /// Blocks where the locale (`LC_ALL`, else `LC_CTYPE`, else `LANG`) says UTF-8.
     pub fn of_locale() -> Self {
-        Self::of(["LC_ALL", "LC_CTYPE", "LANG"].map(|name| std::env::var_os(name)))
+        Self::of(["LC_ALL", "LC_CTYPE", "LANG"].map(std::env::var_os))
     }
 
     fn of(locale: [Option<OsString>; 3]) -> Self {
@@ -35,7 +35,8 @@ impl Signs {
     }
 }
 
-/// One sign for each value, between `low` (the lowest sign) and `high` (the highest); what is beyond stays at the edge,
+/// One sign for each value, between `low` (the lowest sign) and `high` (the highest); what is beyond stays at
+/// the edge,
 /// what is not a number is a blank. A range without extent shows the lowest sign.
 pub fn row(values: &[f64], (low, high): (f64, f64), signs: Signs) -> String {
     let levels = signs.levels();
@@ -50,7 +51,8 @@ pub fn row(values: &[f64], (low, high): (f64, f64), signs: Signs) -> String {
     values.iter().map(sign).collect()
 }
 
-/// Equal stretches of a signal, each as one number by `of`; NaN for a stretch without any known value. At most `columns`.
+/// Equal stretches of a signal, each as one number by `of`; NaN for a stretch without any known value. At most
+/// `columns`.
 pub fn stretches(values: &[f64], columns: usize, of: fn(&[f64]) -> f64) -> Vec<f64> {
     let columns = columns.min(values.len());
     (0..columns)

@@ -137,7 +137,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Samples.
+    /// Number of samples, valid or not.
     pub fn len(&self) -> usize {
         self.r.len()
     }

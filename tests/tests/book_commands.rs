@@ -30,11 +30,11 @@ fn build() -> PathBuf {
     let built = build.current_dir(root()).stderr(Stdio::inherit()).output().unwrap();
     assert!(built.status.success());
     let messages = String::from_utf8(built.stdout).unwrap();
-    let executable = messages.lines().filter_map(|line| {
+    let executable = messages.lines().rev().find_map(|line| {
         let message: serde_json::Value = serde_json::from_str(line).ok()?;
         message.get("executable")?.as_str().map(PathBuf::from)
     });
-    executable.last().unwrap().parent().unwrap().to_path_buf()
+    executable.unwrap().parent().unwrap().to_path_buf()
 }
 
 /// An empty folder in which a page's commands run: the examples beside them, `cargo` sent to this workspace.

@@ -11,6 +11,8 @@ use drift_sim::design::{
 use drift_sim::{Error, Result, output};
 use serde_json::{Value, json};
 
+use crate::progress::Progress;
+
 /// Designs a detector: its threshold from the wanted ARL0, or its ARL0 from the threshold.
 ///
 /// Run lengths count decisions (one a hop), the residual being standardised, independent and normal.
@@ -103,11 +105,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     {
         return Err(Error::new(format!("hop_s is {hop_s}")).allowed("a number of seconds above 0"));
     }
+    let progress = Progress::of_unknown("computing run lengths");
     let design = match arguments.detector {
         Detector::Cusum => cusum(&arguments)?,
         Detector::Shewhart => shewhart(&arguments)?,
         Detector::Sprt => sprt(&arguments)?,
     };
+    drop(progress);
     if ![design.arl0, design.arl1, design.one_sided[0], design.one_sided[1]].iter().all(|l| l.is_finite()) {
         return Err(Error::new("the run length is beyond all numbers").allowed("a smaller h or k"));
     }

@@ -2,6 +2,7 @@
 //! built `drift` in the path. A `text` block that follows is what they must print; `...` in it leaves out the rest of a
 //! line or any lines. Pictures that they draw must be the committed ones. `toml` blocks must be loops that run, `c` blocks
 //! must compile. Rust blocks are doc tests of this crate.
+#![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
 use std::fs;

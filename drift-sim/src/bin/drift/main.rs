@@ -69,7 +69,8 @@ mod tests {
     /// The lines of a command's help that show it at work.
     fn examples(command: &clap::Command) -> Vec<String> {
         let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-        help.lines().filter_map(|line| line.strip_prefix("  drift ")).map(str::to_string).collect()
+        let lines = help.lines().map(|line| line.trim().trim_start_matches("Example: "));
+        lines.filter_map(|line| line.strip_prefix("drift ")).map(str::to_string).collect()
     }
 
     #[test]
@@ -83,7 +84,7 @@ mod tests {
             let examples = examples(command);
             assert!(!examples.is_empty(), "{} has no example", command.get_name());
             for example in examples {
-                let own = example.split(['|', '>']).next().unwrap_or_default();
+                let own = example.split(['|', '>', '&']).next().unwrap_or_default();
                 let words = std::iter::once("drift").chain(own.split_whitespace());
                 let parsed = Arguments::try_parse_from(words);
                 assert!(

@@ -59,21 +59,21 @@ impl ChannelKind {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Baseline {
-    /// Intercept, value units.
+    /// Intercept (equation 5), value units.
     pub b0: f32,
-    /// Slope, value units per x unit.
+    /// Slope (equation 5), value units per x unit.
     pub b1: f32,
     /// Standard deviation of a healthy residual, value units; 0 means not learnt: the channel is only reported.
     pub sigma: f32,
     /// Independent windows that it was learnt from; 0 takes it as exactly known.
     pub windows: f32,
-    /// Mean x of those windows.
+    /// Mean x of those windows, x units.
     pub x_mean: f32,
-    /// Their sum of squared deviations of x; 0 takes the slope as exactly known.
+    /// Their sum of squared deviations of x, x units squared; 0 takes the slope as exactly known.
     pub x_ss: f32,
     /// Smallest x seen; a window outside x_min..=x_max is flagged as extrapolated.
     pub x_min: f32,
-    /// Largest x seen.
+    /// Largest x seen, x units.
     pub x_max: f32,
 }
 
@@ -136,9 +136,9 @@ impl Baseline {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Channel {
-    /// What is compared.
+    /// Which index is compared with which.
     pub kind: ChannelKind,
-    /// The healthy relation.
+    /// The healthy relation; [`Channel::unlearned`] leaves it open.
     pub baseline: Baseline,
     /// What watches its residual.
     pub detectors: Detectors,
@@ -169,7 +169,7 @@ pub enum Moved {
     Intercept,
     /// b1 alone: it was tilted about x = 0.
     Slope,
-    /// b0 and b1.
+    /// b0 and b1: it was lifted and tilted.
     Both,
 }
 
@@ -203,9 +203,9 @@ impl Moved {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FaultCurve {
-    /// Intercept.
+    /// Intercept, value units.
     pub b0: f32,
-    /// Slope.
+    /// Slope, value units per x unit.
     pub b1: f32,
     /// Mean distance from the baseline at the windows seen, value units.
     pub shift: f32,
@@ -230,11 +230,12 @@ impl FaultCurve {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ChannelReport {
-    /// What is compared.
+    /// Which index is compared with which.
     pub kind: ChannelKind,
-    /// The window's place on the baseline's axis.
+    /// The window's place on the baseline's axis, x units: E_u, mean y, the speed, or the reference's activity,
+    /// by `kind`.
     pub x: f32,
-    /// The index that is judged.
+    /// The index that is judged, value units: J_e, mean u, the effort along the motion, or E_u, by `kind`.
     pub value: f32,
     /// Its distance from the baseline, value units; NaN where nothing could be judged.
     pub residual: f32,

@@ -28,7 +28,7 @@ const COMMISSIONING_TAG: u8 = 0x80;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotReady {
-    /// Windows so far.
+    /// Healthy windows learnt from so far.
     pub windows: u32,
     /// Windows needed at least.
     pub needed: u32,

@@ -44,7 +44,7 @@ impl<N: Number> Blanking<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<N, const C: usize> {
-    /// Seconds per tick.
+    /// Seconds per tick, > 0.
     pub sample_time_s: f32,
     /// Ticks per block; a window is `window_blocks*block_ticks` ticks long.
     pub block_ticks: u32,
@@ -64,9 +64,9 @@ pub struct Config<N, const C: usize> {
     pub saturation: Option<Saturation<N>>,
     /// Blanking after steps of the reference, if wanted.
     pub blanking: Option<Blanking<N>>,
-    /// Disturbance or drift.
+    /// What tells a drift from a disturbance (sections 3.1 and 3.2 of the paper).
     pub decision: Decision,
-    /// The residual channels.
+    /// The residual channels, in the order in which reports list them.
     pub channels: [Channel; C],
 }
 
@@ -135,7 +135,7 @@ impl<N, const C: usize> Config<N, C> {
         self
     }
 
-    /// Ticks per window.
+    /// Ticks per window: `window_blocks*block_ticks`.
     pub const fn window_ticks(&self) -> u32 {
         self.block_ticks.saturating_mul(self.window_blocks as u32)
     }

@@ -20,9 +20,9 @@ use crate::store::{Fingerprint, Reader, Writer};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Side {
-    /// Above the baseline.
+    /// The residual lies above the baseline.
     High,
-    /// Below it.
+    /// The residual lies below the baseline.
     Low,
 }
 
@@ -127,16 +127,16 @@ impl DetectorStates {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Alarms {
-    /// [`Shewhart`].
+    /// The side that [`Shewhart`] alarmed on, if it did.
     pub shewhart: Option<Side>,
-    /// [`Cusum`].
+    /// The side that [`Cusum`] alarmed on, if it did.
     pub cusum: Option<Side>,
-    /// [`Sprt`].
+    /// The side that [`Sprt`] alarmed on, if it did.
     pub sprt: Option<Side>,
 }
 
 impl Alarms {
-    /// None.
+    /// No detector alarmed.
     pub const NONE: Self = Self { shewhart: None, cusum: None, sprt: None };
 
     /// The side that the slow detectors name, else the instant one's.

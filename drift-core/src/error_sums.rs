@@ -180,7 +180,7 @@ impl<N: Number> ErrorSums<N> for Plain<N> {
 }
 
 impl<N: Number> Weighted<N> {
-    /// The unweighted sum.
+    /// The unweighted sum, scaled: the integral without the factor t.
     pub fn plain(&self) -> f32 {
         self.plain.in_window(0.0)
     }

@@ -6,13 +6,13 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Index {
-    /// Integral of |e|.
+    /// Integral of |e| over the window, y-unit s.
     Iae,
-    /// Integral of e^2.
+    /// Integral of e^2, y-unit^2 s.
     Ise,
-    /// Integral of t |e|.
+    /// Integral of t |e|, t from the start of the window, y-unit s^2.
     Itae,
-    /// Integral of t e^2.
+    /// Integral of t e^2, t from the start of the window, y-unit^2 s^2.
     Itse,
 }
 
@@ -31,15 +31,15 @@ pub struct Indices {
     pub itae: f32,
     /// Integral of t e^2, y-unit^2 s^2.
     pub itse: f32,
-    /// Mean of u.
+    /// Mean of u over the window's valid ticks, u-unit.
     pub mean_u: f32,
-    /// Mean of y.
+    /// Mean of y over the window's valid ticks, y-unit.
     pub mean_y: f32,
-    /// Mean of e.
+    /// Mean of e = r - y over the window's valid ticks, y-unit.
     pub mean_e: f32,
-    /// Largest |u|.
+    /// Largest |u| at a valid tick, u-unit.
     pub peak_u: f32,
-    /// Largest |e|.
+    /// Largest |e| at a valid tick, y-unit.
     pub peak_e: f32,
     /// The reference's own activity: sum of its squared steps from tick to tick, y-unit^2.
     pub reference_activity: f32,
@@ -50,7 +50,7 @@ pub struct Indices {
 }
 
 impl Indices {
-    /// Nothing kept.
+    /// All NaN: what a set that keeps no sums reports.
     pub const NOT_KEPT: Self = Self {
         e_u: f32::NAN,
         iae: f32::NAN,

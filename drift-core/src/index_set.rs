@@ -12,7 +12,7 @@ use crate::store::{Reader, Writer};
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Step<N> {
-    /// Reference.
+    /// Reference, in the number's own unit (engineering unit or count), as all fields.
     pub r: N,
     /// Measured output.
     pub y: N,

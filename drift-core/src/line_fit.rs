@@ -143,12 +143,12 @@ impl LineFit {
         self.windows <= MOST_WINDOWS && self.finite() && self.line.x_ss >= 0.0 && self.residual_ss >= 0.0
     }
 
-    /// Windows so far.
+    /// Windows learnt from so far.
     pub const fn windows(&self) -> u32 {
         self.windows
     }
 
-    /// Mean of x.
+    /// Mean of x, x units.
     pub const fn x_mean(&self) -> f32 {
         self.line.x_mean
     }
@@ -168,7 +168,7 @@ impl LineFit {
         self.line.b1(self.windows)
     }
 
-    /// Intercept.
+    /// Intercept, value units: where the line meets x = 0.
     pub fn b0(&self) -> f32 {
         self.line.value_mean - self.b1() * self.line.x_mean
     }

@@ -127,7 +127,7 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         })
     }
 
-    /// The configuration.
+    /// The configuration that it was started with.
     pub const fn config(&self) -> &'c Config<N, C> {
         self.config
     }

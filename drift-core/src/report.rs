@@ -10,7 +10,7 @@ use crate::sample::Excluded;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum WindowStatus {
-    /// Enough valid ticks.
+    /// Enough valid ticks: at least [`crate::Config::min_valid`] of them.
     Valid,
     /// Too few: indices are NaN, detectors stand still.
     TooFewValid,
@@ -31,11 +31,11 @@ pub enum Location {
     Dynamics,
     /// Only the energy-error relation: the loop tracks worse (or better) for the energy that it spends.
     Tracking,
-    /// Several.
+    /// Several channels are away: the operating point and the dynamics changed together.
     Several,
 }
 
-/// One decision.
+/// What one decision says: the window's indices, the channels that judge them, and what they amount to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -48,7 +48,7 @@ pub struct Report<const C: usize> {
     pub verdict: Verdict,
     /// Where the deviation seems to be.
     pub location: Location,
-    /// The window's indices.
+    /// The window's indices, in the loop's units; NaN where the set does not keep them or too few ticks were valid.
     pub indices: Indices,
     /// Ticks left out since the last decision, by reason.
     pub excluded: Excluded,

@@ -1,6 +1,6 @@
 //! What a tick can bring besides a valid sample. Only valid samples enter a sum; the others are counted.
 
-/// One tick's input.
+/// What one tick brings: a sample, or why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Input<N> {
@@ -43,22 +43,22 @@ pub enum Exclusion {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Excluded {
-    /// No sample arrived.
+    /// Ticks at which no sample arrived.
     pub missing: u16,
-    /// NaN or infinite.
+    /// Ticks at which r, y or u was NaN or infinite.
     pub non_finite: u16,
-    /// Beyond [`crate::Number::LIMIT`].
+    /// Ticks at which r, y or u was beyond [`crate::Number::LIMIT`].
     pub out_of_range: u16,
-    /// u at a limit.
+    /// Ticks at which u was at a limit of [`crate::Saturation`].
     pub saturated: u16,
-    /// Loop open.
+    /// Ticks at which the loop was open.
     pub manual: u16,
-    /// After a step of the reference.
+    /// Ticks soon after a step of the reference ([`crate::Blanking`]).
     pub blanked: u16,
 }
 
 impl Excluded {
-    /// None.
+    /// Nothing left out.
     pub const NONE: Self =
         Self { missing: 0, non_finite: 0, out_of_range: 0, saturated: 0, manual: 0, blanked: 0 };
 
@@ -74,7 +74,7 @@ impl Excluded {
         *counter = counter.saturating_add(1);
     }
 
-    /// All of them.
+    /// Ticks left out, whatever the reason.
     pub fn total(&self) -> u32 {
         [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
             .iter()

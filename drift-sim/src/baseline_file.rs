@@ -29,11 +29,11 @@ pub type HostMonitor<'c> = Monitor<'c, f32, Full, CAPACITY, 3>;
 /// A baseline file's content; checked, so that [`BaselineFile::config`] is accepted by a monitor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaselineFile {
-    /// Window and hop.
+    /// Window and hop, in blocks and ticks.
     pub timing: Timing,
     /// Which samples and windows count.
     pub samples: Samples,
-    /// Disturbance or drift.
+    /// What tells a drift from a disturbance.
     pub decision: Decision,
     /// What the thresholds promise, if they were computed for something.
     pub promise: Option<Promise>,
@@ -47,18 +47,18 @@ pub struct BaselineFile {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Timing {
-    /// Seconds per tick.
+    /// Seconds per tick, > 0.
     pub sample_time_s: f32,
-    /// Ticks per block.
+    /// Ticks per block, >= 1.
     pub block_ticks: u32,
-    /// Blocks per window.
+    /// Blocks per window, 1 to 64.
     pub window_blocks: u16,
     /// Blocks from one decision to the next.
     pub hop_blocks: u16,
 }
 
 impl Timing {
-    /// Ticks per window.
+    /// Ticks per window: `window_blocks*block_ticks`.
     pub fn window_ticks(&self) -> u64 {
         u64::from(self.block_ticks) * u64::from(self.window_blocks)
     }
@@ -109,9 +109,9 @@ pub struct Promise {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// The healthy recordings.
+    /// The names of the healthy recordings, as they were given.
     pub files: Vec<String>,
-    /// Windows in them.
+    /// Windows in all of them together.
     pub windows: u32,
     /// Independent windows that these are worth, in the channel where they are worth least.
     pub effective_windows: f64,
@@ -127,7 +127,7 @@ pub struct ChannelEntry {
 }
 
 impl ChannelEntry {
-    /// Reported, not judged.
+    /// A channel that is reported and not judged.
     pub const fn unlearned(kind: ChannelKind) -> Self {
         Self { channel: Channel::unlearned(kind), statistics: None }
     }
@@ -142,13 +142,13 @@ impl ChannelEntry {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Statistics {
-    /// Windows.
+    /// Windows that the line was fitted to.
     pub n: u32,
     /// Independent windows that they are worth.
     pub n_effective: f64,
     /// 95 % confidence interval of b0, autocorrelation accounted for.
     pub b0_ci95: [f64; 2],
-    /// Of b1.
+    /// 95 % confidence interval of b1, autocorrelation accounted for.
     pub b1_ci95: [f64; 2],
     /// Share of the value's variance that the line explains.
     pub r2: f64,

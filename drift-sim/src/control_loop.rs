@@ -12,9 +12,9 @@ pub struct Loop {
     pub sample_time_s: f64,
     /// Names of units, for reports.
     pub units: Units,
-    /// The control law.
+    /// The control law, with its limits of u.
     pub controller: Controller,
-    /// The nominal plant.
+    /// The nominal plant: what the model knows.
     pub plant: Plant,
     /// The sensor as it is when healthy.
     pub sensor: Sensor,
@@ -36,7 +36,7 @@ pub struct Sensor {
 pub struct Input {
     /// Its column in recordings.
     pub column: String,
-    /// Where it enters.
+    /// Where it enters, and with which sign.
     pub enters: Enters,
     /// What it is multiplied by.
     pub gain: f64,
@@ -49,7 +49,7 @@ pub enum Enters {
     Actuator,
     /// Subtracted from the plant's drive.
     Load,
-    /// Added to y.
+    /// Added to y, before the sensor's own terms that act on what it shows.
     Sensor,
 }
 

@@ -1,5 +1,32 @@
-//! Simulates control loops, calibrates the monitor of [`drift_core`] on healthy recordings, runs it over
-//! others, and reproduces the paper that the method comes from.
+//! Simulates control loops with hidden faults, calibrates the monitor of [`drift_core`] on healthy recordings, runs it over
+//! others, finds the physics that a model left out, and reproduces the paper that the method comes from.
+//!
+//! One idea carries all of it: **a loop is a controller, a plant, a sensor and a list of physics terms** ([`control_loop`]). A
+//! term ([`physics`]) is a fault that the simulator injects, a candidate that a diagnosis tries and a line of the improved
+//! model. From the ground up; each module uses only those above it:
+//!
+//! * [`error`], [`output`]: errors of one line, files written whole or not at all. [`recording`]: r, y and u from files.
+//! * [`controller`], [`plant`], [`physics`], [`control_loop`], [`loop_file`]: what a loop is, and its TOML.
+//! * [`reference`], [`simulate`]: what a loop is asked to do, and the sampled loop doing it.
+//! * [`design`]: exact run lengths of the detectors. [`calibrate`], [`baseline_file`]: the healthy relation and thresholds
+//!   that keep a promise. [`monitor`]: drift-core over a recording.
+//! * [`diagnose`]: locate, name, fit and prove missing physics. [`paper`]: the paper's tables and figures.
+//! * [`plot`]: charts as SVG and as rows of text.
+//!
+//! ```
+//! use drift_sim::control_loop::Loop;
+//! use drift_sim::physics::Term;
+//! use drift_sim::reference::Reference;
+//! use drift_sim::simulate::simulate;
+//!
+//! // The paper's loop, whose sensor drifts by 0.01 per second from 5 s on: y follows r all the same.
+//! let drift = Term::new("sensor_drift", &[("rate_per_s", 0.01), ("noise_growth_per_s", 0.0)])?.from_s(5.0);
+//! let r = Reference::Constant(1.0).take_samples(10_000);
+//! let run = simulate(&Loop::paper().with(drift), &r, &[], 1, None)?;
+//! let (shown, real) = (run.y[9_999], run.true_y[9_999]);
+//! assert!((shown - 1.0).abs() < 0.01 && (real - 0.95).abs() < 0.01);
+//! # Ok::<(), drift_sim::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod baseline_file;

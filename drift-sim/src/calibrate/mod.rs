@@ -61,7 +61,7 @@ pub struct Signals<'a> {
     pub name: &'a str,
     /// From one sample to the next, s.
     pub sample_time_s: f64,
-    /// Reference.
+    /// Reference, one value a sample, as long as `y` and `u`.
     pub r: &'a [f64],
     /// Measured output.
     pub y: &'a [f64],
@@ -104,11 +104,12 @@ pub struct Options {
     pub index: Index,
     /// Wanted mean time between false alarms of the whole monitor, hours.
     pub false_alarm_every_h: f64,
-    /// Share of calibrations from as many windows that is aimed to keep it; 0.5 to 0.99. Measured for 0.9 in the module's table.
+    /// Share of calibrations from as many windows that is aimed to keep it; 0.5 to 0.99. Measured for 0.9 in
+    /// the module's table.
     pub confidence: f64,
     /// Judged: energy_error, effort, activity.
     pub channels: [bool; 3],
-    /// Which effort.
+    /// Effort to hold y, or along the motion.
     pub effort: Effort,
     /// What watches each channel.
     pub detectors: DetectorChoice,
@@ -169,7 +170,7 @@ impl Options {
 /// One channel's line and its residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelFit {
-    /// What is compared.
+    /// Which index is compared with which.
     pub kind: ChannelKind,
     /// The line, in f64.
     pub fit: Fit,
@@ -183,18 +184,18 @@ pub struct ChannelFit {
     pub lag1: f64,
     /// Skewness of the residuals.
     pub skewness: f64,
-    /// What watches it.
+    /// What watches it, with its thresholds.
     pub detectors: Detectors,
 }
 
-/// A finished calibration.
+/// A finished calibration: the file to save and what it was learnt from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// What is saved.
+    /// What is saved, and what a monitor runs on.
     pub file: BaselineFile,
-    /// The judged channels.
+    /// The judged channels' lines with their statistics.
     pub channels: Vec<ChannelFit>,
-    /// The healthy windows.
+    /// The healthy windows with their indices, in the order of time.
     pub windows: Vec<WindowRow>,
     /// Windows left out for too few valid samples.
     pub invalid_windows: usize,
@@ -209,7 +210,8 @@ pub struct Calibration {
 /// Calibrates on healthy recordings.
 ///
 /// # Errors
-/// Recordings of different sample times or without samples; options that are impossible; fewer than [`LEAST_WINDOWS`] windows; a
+/// Recordings of different sample times or without samples; options that are impossible; fewer than
+/// [`LEAST_WINDOWS`] windows; a
 /// channel without any scatter, or none whose x varies.
 pub fn calibrate(recordings: &[Signals<'_>], options: &Options) -> Result<Calibration> {
     options.check()?;
@@ -221,7 +223,8 @@ pub fn calibrate(recordings: &[Signals<'_>], options: &Options) -> Result<Calibr
     from_windows(windows, file, timing, options)
 }
 
-/// Calibrates on healthy windows that were collected elsewhere, by a monitor of this timing whose channels are of the kinds that
+/// Calibrates on healthy windows that were collected elsewhere, by a monitor of this timing whose channels are
+/// of the kinds that
 /// `options` name. Windows follow each other where their recording is the same and their hop the next.
 ///
 /// # Errors

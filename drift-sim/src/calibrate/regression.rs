@@ -10,32 +10,32 @@ use crate::{Error, Result};
 /// Level of all intervals and bands.
 const LEVEL: f64 = 0.95;
 
-/// A fitted line.
+/// A line fitted by least squares, `value = b0 + b1*x`, with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Windows.
+    /// Windows that it was fitted to.
     pub n: usize,
-    /// Intercept.
+    /// Intercept, value units.
     pub b0: f64,
-    /// Slope; 0 where x does not vary.
+    /// Slope, value units per x unit; 0 where x does not vary.
     pub b1: f64,
     /// Whether x varied: otherwise the line is the mean value.
     pub has_slope: bool,
     /// 95 % confidence interval of b0, independent residuals assumed.
     pub b0_ci95: [f64; 2],
-    /// Of b1.
+    /// 95 % confidence interval of b1, independent residuals assumed.
     pub b1_ci95: [f64; 2],
-    /// Of b0, autocorrelation and unequal variance allowed for.
+    /// 95 % confidence interval of b0, autocorrelation and unequal variance allowed for (Newey and West 1987).
     pub b0_ci95_hac: [f64; 2],
-    /// Of b1, the same.
+    /// 95 % confidence interval of b1, the same.
     pub b1_ci95_hac: [f64; 2],
     /// Share of the value's variance that the line explains; 0 where the value does not vary.
     pub r2: f64,
     /// The same, adjusted for the number of coefficients.
     pub adj_r2: f64,
-    /// Root of the residual variance (n - 2 degrees of freedom, n - 1 without a slope).
+    /// Root of the residual variance, value units (n - 2 degrees of freedom, n - 1 without a slope).
     pub rmse: f64,
-    /// Mean of x.
+    /// Mean of x, x units.
     pub x_mean: f64,
     /// Sum of squared deviations of x.
     pub x_ss: f64,

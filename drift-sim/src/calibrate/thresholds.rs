@@ -24,11 +24,11 @@ const SPRT_LOWER: f64 = -4.605_170_185_988_091;
 /// Which detectors watch each channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DetectorChoice {
-    /// Instant.
+    /// A limit on each single residual (Shewhart): fast for large shifts.
     pub shewhart: bool,
-    /// Cumulative.
+    /// A two-sided CUSUM: for small shifts that stay.
     pub cusum: bool,
-    /// Sequential.
+    /// A repeated sequential probability ratio test.
     pub sprt: bool,
 }
 
@@ -119,7 +119,8 @@ impl<'p> Simulated<'p> {
         Self { process, choice, k, series, exact, cautious }
     }
 
-    /// Detectors of every channel with this mean run length (decisions) between false alarms of all together, margins included.
+    /// Detectors of every channel with this mean run length (decisions) between false alarms of all together,
+    /// margins included.
     pub(super) fn detectors(&self, arl: f64) -> Vec<Detectors> {
         self.with_share(self.coinciding(arl.min(JOINT)) / arl, &self.cautious)
     }

@@ -8,7 +8,7 @@ use crate::baseline_file::{BaselineFile, HostMonitor};
 use crate::recording::RowState;
 use crate::{Error, Result};
 
-/// One healthy window.
+/// One healthy window: where it lies and its indices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowRow {
     /// Which recording, from 0.

@@ -14,9 +14,9 @@ pub use pid::Pid;
 /// The range of `u`, in its own unit; infinite where there is no limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Lowest `u`.
+    /// Lowest `u`, u-unit.
     pub u_min: f64,
-    /// Highest `u`.
+    /// Highest `u`, u-unit.
     pub u_max: f64,
 }
 

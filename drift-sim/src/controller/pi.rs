@@ -9,7 +9,7 @@ pub struct Pi {
     pub kp: f64,
     /// Integral gain, unit of u per unit of y and second.
     pub ki: f64,
-    /// Range of u.
+    /// Range of u; the integrator stops at it, unless `anti_windup` is off.
     pub limits: Limits,
     /// Whether the integrator waits while u is clipped.
     pub anti_windup: bool,

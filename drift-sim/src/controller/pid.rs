@@ -14,7 +14,7 @@ pub struct Pid {
     pub kd: f64,
     /// Time constant of the derivative's filter in seconds; 0 for none.
     pub derivative_filter_s: f64,
-    /// Range of u.
+    /// Range of u; the integrator stops at it, unless `anti_windup` is off.
     pub limits: Limits,
     /// Whether the integrator waits while u is clipped.
     pub anti_windup: bool,

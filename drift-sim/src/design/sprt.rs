@@ -77,7 +77,8 @@ impl Alternative {
         self.deviation
     }
 
-    /// The log-likelihood ratio `(square, linear, constant)`: what one decision z adds is `square z^2 + linear z + constant`.
+    /// The log-likelihood ratio `(square, linear, constant)`: what one decision z adds is `square z^2 + linear
+    /// z + constant`.
     pub fn increment(&self) -> (f64, f64, f64) {
         let precision = 1.0 / (self.deviation * self.deviation);
         (
@@ -117,7 +118,8 @@ impl Sprt {
         Ok(Self { alternative, lower, upper })
     }
 
-    /// Wald's boundaries: false-alarm probability at most about `alpha` and missed at most about `beta`, guaranteed up to
+    /// Wald's boundaries: false-alarm probability at most about `alpha` and missed at most about `beta`,
+    /// guaranteed up to
     /// `alpha/(1 - beta)` and `beta/(1 - alpha)`.
     ///
     /// # Errors
@@ -130,7 +132,8 @@ impl Sprt {
     /// Siegmund's boundaries, which realise alpha and beta nearly.
     ///
     /// # Errors
-    /// As [`Self::wald`]; the alternative changes the deviation, for which there is no such correction; or it is so large
+    /// As [`Self::wald`]; the alternative changes the deviation, for which there is no such correction; or it
+    /// is so large
     /// that the correction leaves nothing.
     pub fn siegmund(alternative: Alternative, alpha: f64, beta: f64) -> Result<Self> {
         if !alternative.is_mean_only() {
@@ -192,7 +195,7 @@ impl Sprt {
         self.lower
     }
 
-    /// The upper one.
+    /// The upper boundary, a log-likelihood ratio > 0.
     pub fn upper(&self) -> f64 {
         self.upper
     }
@@ -224,7 +227,8 @@ impl Sprt {
         Outcome { accepts, decisions }
     }
 
-    /// Average run length in decisions to an alarm of the repeated test (one side) when z is N(`mean`, `deviation`^2).
+    /// Average run length in decisions to an alarm of the repeated test (one side) when z is N(`mean`,
+    /// `deviation`^2).
     pub fn repeated_arl(&self, mean: f64, deviation: f64) -> f64 {
         let outcome = self.outcome(mean, deviation);
         outcome.decisions / outcome.accepts

@@ -38,6 +38,9 @@ pub struct Fitted {
     pub plain: Vec<Candidate>,
 }
 
+/// Candidates with their place among all.
+type Ranked = Vec<(usize, Candidate)>;
+
 /// Fits the kinds that the screening puts first, on top of `base`; `stated` is the loop file's own plant.
 pub fn fit_all(trials: &[Vec<Trial>], stated: &Fit, base: &Fit, signals: &Signals) -> Fitted {
     let mut ranked: Vec<&Vec<Trial>> = trials.iter().collect();

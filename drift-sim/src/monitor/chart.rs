@@ -8,6 +8,7 @@ use super::events::EventKind;
 use super::run::Hop;
 use super::summary::Summary;
 use super::thinned::Thinned;
+use crate::plot::terminal::{COLUMNS, Signs, farthest, row, stretches};
 use crate::plot::{Colour, Figure, Layer, Panel};
 
 /// Windows kept of each channel's plane; beyond, every second one, every fourth ...
@@ -128,7 +129,7 @@ impl Said {
 }
 
 impl Chart {
-    /// Nothing yet.
+    /// A chart without any sample, with the limits of this configuration.
     pub fn new(config: &Config<f32, 3>) -> Self {
         let new = Thinned::new;
         Self {
@@ -157,6 +158,27 @@ impl Chart {
         for (chart, report) in self.channels.iter_mut().zip(&hop.report.channels) {
             chart.hop(hop.to_s, hop.new_from_s, report);
         }
+    }
+
+    /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from zero, all rows
+    /// between the same limits.
+    pub fn rows(&self, summary: &Summary, signs: Signs) -> String {
+        let channels = self.channels.iter().zip(&summary.channels).filter(|(_, c)| c.learned && c.judged > 0);
+        let rows: Vec<(&str, Vec<f64>)> = channels
+            .map(|(chart, channel)| {
+                let values: Vec<f64> = chart.z.points().into_iter().map(|(_, z)| z).collect();
+                (channel.kind.name(), stretches(&values, COLUMNS, farthest))
+            })
+            .collect();
+        let most = rows.iter().flat_map(|(_, z)| z).map(|z| z.abs()).fold(0.0, f64::max);
+        if most == 0.0 {
+            return String::new();
+        }
+        let mut text = format!("\nresiduals over the recording, -{most:.1} to {most:.1} sigma\n");
+        for (name, z) in &rows {
+            text += &format!("  {name:<16} {}\n", row(z, (-most, most), signs));
+        }
+        text
     }
 
     /// Draws it.

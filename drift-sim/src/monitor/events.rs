@@ -47,7 +47,7 @@ pub enum Raised {
 /// One channel's way from its alarm back to the baseline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
-    /// The channel.
+    /// The channel that moved.
     pub kind: ChannelKind,
     /// To which side it went.
     pub side: Side,
@@ -70,7 +70,7 @@ pub struct Course {
     last_away_s: f64,
 }
 
-/// Courses that overlap.
+/// Courses of one or more channels that overlap in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// In the order of their alarms.
@@ -90,7 +90,7 @@ impl Event {
         self.courses.iter().map(|c| c.from_s).fold(f64::INFINITY, f64::min)
     }
 
-    /// First alarm, s.
+    /// When the first of its alarms came, s.
     pub fn alarm_s(&self) -> f64 {
         self.courses.iter().map(|c| c.alarm_s).fold(f64::INFINITY, f64::min)
     }

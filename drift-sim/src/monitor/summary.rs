@@ -48,7 +48,7 @@ impl ExcludedTotal {
         }
     }
 
-    /// All of them.
+    /// Samples left out, whatever the reason.
     pub fn total(&self) -> u64 {
         self.missing + self.non_finite + self.out_of_range + self.saturated + self.manual + self.blanked
     }
@@ -57,7 +57,7 @@ impl ExcludedTotal {
 /// One channel over the whole run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelSummary {
-    /// What is compared.
+    /// Which index is compared with which.
     pub kind: ChannelKind,
     /// Whether it has a baseline.
     pub learned: bool,
@@ -77,7 +77,7 @@ pub struct ChannelSummary {
     pub worst: Option<EventKind>,
 }
 
-/// A whole run.
+/// All that a run found, in bounded memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// What errors and reports call the recording.
@@ -86,13 +86,13 @@ pub struct Summary {
     pub start_s: f64,
     /// From one sample to the next, s.
     pub sample_time_s: f64,
-    /// Window, s.
+    /// Length of a window, s.
     pub window_s: f64,
     /// From one decision to the next, s.
     pub hop_s: f64,
     /// What was found while reading.
     pub quality: Quality,
-    /// Decisions.
+    /// Decisions, with or without enough valid samples.
     pub hops: u64,
     /// Those whose window had enough valid samples.
     pub valid_hops: u64,
@@ -102,7 +102,7 @@ pub struct Summary {
     pub channels: [ChannelSummary; 3],
     /// In the order of time; the last may be open.
     pub events: Vec<Event>,
-    /// Events beyond those.
+    /// How many events came after those kept in `events`.
     pub more_events: u64,
     /// The most severe of all events; `None` without any.
     pub worst: Option<EventKind>,

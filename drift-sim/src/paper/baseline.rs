@@ -32,13 +32,13 @@ pub struct NominalRelation {
 /// The spread of the line's numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverSeeds {
-    /// Intercept.
+    /// Intercept of the nominal relation (equation 5), over the runs.
     pub b0: Spread,
-    /// Slope.
+    /// Slope of the nominal relation (equation 5), over the runs.
     pub b1: Spread,
-    /// R^2.
+    /// Coefficient of determination, over the runs.
     pub r2: Spread,
-    /// RMSE.
+    /// Root mean squared residual, in the unit of J_e, over the runs.
     pub rmse: Spread,
     /// Correlation of neighbouring residuals.
     pub lag1: Spread,

@@ -8,23 +8,23 @@ pub const EIGENVALUES: [(f64, f64); 3] = [(0.9998, 0.0020), (0.9998, -0.0020), (
 /// The baseline of section 6.2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PublishedBaseline {
-    /// Intercept.
+    /// Intercept b0 of the nominal relation (equation 5).
     pub b0: f64,
-    /// Slope.
+    /// Slope b1 of the nominal relation (equation 5).
     pub b1: f64,
     /// 95 % confidence interval of the intercept.
     pub b0_ci95: (f64, f64),
     /// 95 % confidence interval of the slope.
     pub b1_ci95: (f64, f64),
-    /// R^2.
+    /// Coefficient of determination.
     pub r2: f64,
     /// Adjusted R^2.
     pub adj_r2: f64,
-    /// RMSE.
+    /// Root mean squared residual.
     pub rmse: f64,
 }
 
-/// Section 6.2.
+/// The nominal relation as section 6.2 prints it.
 pub const BASELINE: PublishedBaseline = PublishedBaseline {
     b0: 0.175,
     b1: 1.26e-5,
@@ -69,7 +69,7 @@ pub struct PublishedDetection {
     pub says: &'static str,
 }
 
-/// Section 6.3.
+/// The detection times as section 6.3 prints them.
 pub const DETECTION: [PublishedDetection; 3] = [
     PublishedDetection {
         mu_max: 0.0,

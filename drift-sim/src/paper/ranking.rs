@@ -68,7 +68,7 @@ pub struct Rank {
 }
 
 impl Rank {
-    /// Table 1's score.
+    /// The score of the paper's Table 1: shift of the mean over growth of the deviation.
     pub fn ratio(&self) -> f64 {
         self.delta_mu / self.delta_sigma
     }

@@ -3,13 +3,13 @@
 /// Of some values: how many, mean, standard error of the mean, and range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
-    /// Values.
+    /// How many values.
     pub n: usize,
     /// Their mean.
     pub mean: f64,
     /// Standard error of the mean.
     pub se: f64,
-    /// Middle value.
+    /// Middle value, the mean of two in the middle.
     pub median: f64,
     /// The least.
     pub min: f64,
@@ -37,7 +37,7 @@ impl Spread {
 pub struct Share {
     /// From 0 to 1.
     pub share: f64,
-    /// Standard error.
+    /// Standard error of the mean.
     pub se: f64,
 }
 

@@ -57,9 +57,9 @@ pub struct Motion {
 /// Numbers of the loop that a term may change for good.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Numbers {
-    /// Servo's inertia.
+    /// The servo's inertia, in its own unit; 1 for other plants.
     pub inertia: f64,
-    /// Servo's viscous friction.
+    /// The servo's viscous friction, force per speed; 0 for other plants.
     pub viscous: f64,
     /// All gains of the control law are the stated ones times this.
     pub law_ratio: f64,

@@ -102,7 +102,7 @@ pub enum Place {
     Loop,
     /// Between the true and the measured y.
     Sensor,
-    /// From outside.
+    /// From outside the loop: loads and injected signals.
     Disturbance,
 }
 
@@ -128,7 +128,7 @@ pub enum Begins {
     /// Within the recording: from its start on it would be the nominal model with other numbers, or nothing that
     /// shows.
     Later,
-    /// Either.
+    /// Before or within the recording.
     Either,
 }
 
@@ -184,7 +184,7 @@ pub struct Parameter {
 pub struct Kind {
     /// Its name in files, reports and code.
     pub name: &'static str,
-    /// Where it acts.
+    /// Where in the loop it acts.
     pub place: Place,
     /// When it begins, as a diagnosis may suppose.
     pub begins: Begins,
@@ -204,7 +204,7 @@ pub struct Kind {
     pub ties: &'static [&'static str],
     /// The experiment that tells it from those.
     pub experiment: &'static str,
-    /// One plain sentence.
+    /// The term as one plain sentence, from its parameters (in their order) and the loop's units.
     pub says: fn(&[f64], &UnitNames) -> String,
 }
 

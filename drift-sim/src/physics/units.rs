@@ -5,9 +5,9 @@ use crate::plant::{Output, Plant};
 /// `[units]` of a loop file: names only, for reports; nothing is converted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Units {
-    /// Of the reference.
+    /// Of the reference; the same as that of y in most loops.
     pub r: Option<String>,
-    /// Of the output.
+    /// Of the measured output.
     pub y: Option<String>,
     /// Of the controller's output.
     pub u: Option<String>,
@@ -18,15 +18,15 @@ pub struct Units {
 /// The units that parameters are built from. Empty where the loop file states none.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct UnitNames {
-    /// Of y.
+    /// Of y, as the loop file states it.
     pub y: String,
-    /// Of u.
+    /// Of u, as the loop file states it.
     pub u: String,
     /// Of the drive: force (servo), y (first-order), u (state-space, transfer function), flow (tank).
     pub drive: String,
     /// Of x: a servo's position, otherwise y.
     pub position: String,
-    /// Of dx/dt.
+    /// Of dx/dt: a speed servo's y, else the position's per second.
     pub speed: String,
 }
 

@@ -5,9 +5,9 @@ use super::StateSpace;
 /// What is measured of the mass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Output {
-    /// x.
+    /// The position x, the integral of the speed.
     Position,
-    /// v.
+    /// The speed v.
     Speed,
 }
 
@@ -19,7 +19,7 @@ impl Output {
 /// Parameters of the servo, in any consistent set of units (force per unit of speed, and so on).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Servo {
-    /// What y is.
+    /// What y is: position or speed.
     pub output: Output,
     /// Mass or moment of inertia, > 0.
     pub inertia: f64,

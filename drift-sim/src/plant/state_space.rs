@@ -6,9 +6,9 @@
 pub struct StateSpace {
     /// n rows of n numbers.
     pub a: Vec<Vec<f64>>,
-    /// n numbers.
+    /// n numbers: how u drives the states.
     pub b: Vec<f64>,
-    /// n numbers.
+    /// n numbers: how y is made of the states.
     pub c: Vec<f64>,
     /// Feedthrough. y is sampled just before u changes, so the u in it is the one held until then.
     pub d: f64,

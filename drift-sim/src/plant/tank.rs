@@ -3,11 +3,11 @@
 /// Parameters of the tank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tank {
-    /// Cross-section, > 0.
+    /// Cross-section, > 0: flow unit times s per unit of the level.
     pub area: f64,
-    /// Flow per unit of u.
+    /// Flow per unit of u, flow unit per u unit.
     pub inflow_gain: f64,
-    /// Flow at a level of 1, >= 0.
+    /// Flow out at a level of 1, >= 0, flow unit.
     pub outflow: f64,
 }
 

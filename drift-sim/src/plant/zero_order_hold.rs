@@ -11,7 +11,7 @@ use crate::{Error, Result};
 pub struct Held {
     /// n rows of n numbers, row by row.
     pub phi: Vec<f64>,
-    /// n numbers.
+    /// n numbers: what a held input adds to the states over one step.
     pub gamma: Vec<f64>,
 }
 

@@ -9,6 +9,7 @@ mod canvas;
 mod draw;
 mod layout;
 mod legend;
+pub mod terminal;
 mod thin;
 
 use std::path::Path;

@@ -153,7 +153,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Samples.
+    /// Number of samples, valid or not.
     pub fn len(&self) -> usize {
         self.r.len()
     }

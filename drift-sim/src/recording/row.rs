@@ -1,7 +1,7 @@
 //! One row of data, and what every format's reader has in common: rows one after the other, each with its place.
 
-use super::{ColumnMap, Quality};
 use super::stamp::Stamp;
+use super::{ColumnMap, Quality};
 use crate::{Error, Result};
 
 /// One row of data: NaN is missing.

@@ -22,11 +22,11 @@ pub struct Sample<'a> {
     pub index: u64,
     /// Time, s: the row's stamp; in gaps and without stamps, the grid's.
     pub t_s: f64,
-    /// Reference.
+    /// Reference; NaN where it is missing.
     pub r: f64,
-    /// Measured output.
+    /// Measured output; NaN where it is missing.
     pub y: f64,
-    /// Controller output.
+    /// Controller output; NaN where it is missing.
     pub u: f64,
     /// Whether the sample counts.
     pub state: RowState,

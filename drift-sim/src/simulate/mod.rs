@@ -289,7 +289,7 @@ fn changes(model: &Loop, terms: &Terms, substeps: usize) -> Result<Vec<Change>> 
     terms.changes().into_iter().map(prepare).collect()
 }
 
-/// A whole run.
+/// A whole run, one value a sample, all of the reference's length.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trace {
     /// What the sensor shows.

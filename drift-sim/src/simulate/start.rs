@@ -7,10 +7,10 @@ use crate::control_loop::Loop;
 use crate::controller::{Controller, Law};
 use crate::plant::{Output, Plant, StateSpace};
 
-/// An operating point.
+/// An operating point to start a run from.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Start {
-    /// The true y.
+    /// The true y, in its unit.
     pub y: f64,
     /// dy/dt, per second (a position servo's speed).
     pub velocity: f64,
@@ -36,7 +36,8 @@ impl Start {
 
     /// A first estimate from the beginning of a recording: y as measured, its rate from the first five samples, and
     /// the integrator with which the law gives the first u. What was held before is, for a law with an integrator,
-    /// that integrator (the first u may be the kick of a reference's step), else the first u. Rest where the recording
+    /// that integrator (the first u may be the kick of a reference's step), else the first u. Rest where the
+    /// recording
     /// is empty.
     pub fn from_recording(model: &Loop, r: &[f64], y: &[f64], u: &[f64]) -> Self {
         let (Some(&r0), Some(&y0), Some(&u0)) = (r.first(), y.first(), u.first()) else {

@@ -8,13 +8,16 @@ use drift_core::Index;
 use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
 use drift_sim::{Error, Result, output, report};
 
+use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
 /// Learns what healthy looks like: each channel's line, and thresholds for a wanted time between false alarms.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  drift calibrate healthy.csv -o BASELINE.toml\n  drift calibrate mon.csv.gz tue.csv.gz --window 600 --columns r=SP,y=PV,u=OP --c drift_config.h -o BASELINE.toml"
-)]
+#[command(after_help = "\
+Examples:
+  drift calibrate healthy.csv -o baseline.toml --report healthy.html
+  drift calibrate monday.csv.gz tuesday.csv --window 600 --false-alarm-every 720 -o baseline.toml
+  drift calibrate axis.csv --columns t=time,r=SP,y=PV,u=OP --effort motion -o baseline.toml --rust config.rs --c config.h")]
 pub struct Arguments {
     /// Healthy recordings of one loop, all of one sample time
     #[arg(value_name = "HEALTHY.csv", required = true)]
@@ -116,6 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if to_standard > 1 {
         return Err(Error::new("two outputs are '-'").allowed("one at most"));
     }
+    let progress = Progress::of_unknown("calibrating");
     let read = |path: &PathBuf| arguments.recording.read(path, Vec::new());
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
@@ -124,6 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             [only] => error.in_file(only),
             _ => error,
         })?;
+    drop(progress);
     let file = &calibration.file;
     output::write_text(&arguments.output, &file.to_toml())?;
     if let Some(path) = &arguments.rust {

@@ -10,6 +10,7 @@ use drift_sim::calibrate::{Options, Signals, calibrate};
 use drift_sim::control_loop::Loop;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, page, screen, watch};
 use drift_sim::physics::Term;
+use drift_sim::plot::terminal::Signs;
 use drift_sim::recording::{ReadOptions, RecordingStream, uniform_times_s, write_csv};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Start, Trace, simulate};
@@ -24,7 +25,10 @@ const DRIFT_PER_HOUR: f64 = 0.1;
 
 /// Shows the whole path on a made recording: a hidden sensor drift, caught.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  drift demo\n  drift demo --out demo --seed 7")]
+#[command(after_help = "\
+Examples:
+  drift demo
+  drift demo --out demo --seed 2")]
 pub struct Arguments {
     /// Folder for the recording, the baseline, the picture and the report; made if missing
     #[arg(long, value_name = "DIR", default_value = "drift-demo")]
@@ -80,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ONSET_S / HOUR_S
     );
     println!("by the end the oven is {:.1} degC off, and y still shows the set-point.\n", true_offset(&run));
-    print!("{}", screen(&summary, baseline.promise.as_ref()));
+    print!("{}{}", screen(&summary, baseline.promise.as_ref()), chart.rows(&summary, Signs::of_locale()));
     println!(
         "\nrecording  {}\nbaseline   {}\npicture    {}\nreport     {}",
         recording.display(),

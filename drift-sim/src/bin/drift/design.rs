@@ -11,14 +11,17 @@ use drift_sim::design::{
 use drift_sim::{Error, Result, output};
 use serde_json::{Value, json};
 
+use crate::progress::Progress;
+
 /// Designs a detector: its threshold from the wanted ARL0, or its ARL0 from the threshold.
 ///
 /// Run lengths count decisions (one a hop), the residual being standardised, independent and normal.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  drift design --k 0.5 --h 5 --shift 1\n  drift design --k 0.5 --arl0 500 --json -"
-)]
-#[command(allow_negative_numbers = true, group(ArgGroup::new("threshold").required(true).args(["h", "arl0"])))]
+#[command(allow_negative_numbers = true, after_help = "\
+Examples:
+  drift design --k 0.5 --h 5
+  drift design --k 0.5 --arl0 2000 --windows 200 --hop-s 3
+  drift design --detector shewhart --arl0 2000 --shift 2", group(ArgGroup::new("threshold").required(true).args(["h", "arl0"])))]
 pub struct Arguments {
     /// Which detector.
     #[arg(long, value_enum, default_value_t = Detector::Cusum)]
@@ -102,11 +105,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     {
         return Err(Error::new(format!("hop_s is {hop_s}")).allowed("a number of seconds above 0"));
     }
+    let progress = Progress::of_unknown("computing run lengths");
     let design = match arguments.detector {
         Detector::Cusum => cusum(&arguments)?,
         Detector::Shewhart => shewhart(&arguments)?,
         Detector::Sprt => sprt(&arguments)?,
     };
+    drop(progress);
     if ![design.arl0, design.arl1, design.one_sided[0], design.one_sided[1]].iter().all(|l| l.is_finite()) {
         return Err(Error::new("the run length is beyond all numbers").allowed("a smaller h or k"));
     }

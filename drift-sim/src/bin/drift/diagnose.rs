@@ -7,16 +7,21 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
+use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
 
+use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
+use crate::sparkline;
 
 /// Finds, names, models and proves the physics that a simulation left out of a recorded loop.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  drift diagnose run.csv --loop LOOP.toml --report report.html\n  drift diagnose run.csv --loop LOOP.toml --healthy before.csv --model improved.toml --json -"
-)]
+#[command(after_help = "\
+Examples:
+  drift diagnose recording.csv --loop loop.toml
+  drift diagnose recording.csv --loop loop.toml --model improved.toml --report page.html
+  drift diagnose faulty.csv --loop loop.toml --healthy monday.csv tuesday.csv")]
 pub struct Arguments {
     /// The recording, in any of the formats
     recording: PathBuf,
@@ -53,7 +58,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
     // The plant that is diagnosed, where the loop file leaves it open.
     let model = identify::plant(&model, &train)?.unwrap_or(model);
+    let progress = Progress::of_unknown("diagnosing");
     let found = diagnose(&train, holdout.as_ref(), &model)?;
+    drop(progress);
     if let Some(path) = &arguments.model {
         output::write_text(path, &found.improved.to_toml())?;
     }
@@ -76,7 +83,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         output::write_text(path, &(text + "\n"))?;
     }
     if arguments.json.as_deref() != Some(Path::new("-")) {
-        print!("{}", screen(&found, &model));
+        let shown = holdout.as_ref().unwrap_or(&train);
+        print!("{}{}", screen(&found, &model), sparkline::rows(&found, shown, Signs::of_locale()));
     }
     Ok(ExitCode::SUCCESS)
 }

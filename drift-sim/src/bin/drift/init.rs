@@ -13,9 +13,10 @@ use crate::recording_arguments::RecordingArguments;
 ///
 /// What can't be found is left open in the file (controller kind "recorded", plant kind "identify") with the reason.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  drift init run.csv -o LOOP.toml\n  drift init log.mat --columns t=log.time,r=log.SP,y=log.PV,u=log.OP -o LOOP.toml"
-)]
+#[command(after_help = "\
+Examples:
+  drift init recording.csv -o loop.toml
+  drift init log.mat --columns t=log.time,r=log.SP,y=log.PV,u=log.OP -o loop.toml")]
 pub struct Arguments {
     /// The recording, in any of the formats; - is standard input
     #[arg(value_name = "REC")]

@@ -2,26 +2,31 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+mod completions;
 mod demo;
 mod design;
 mod diagnose;
 mod init;
+mod man;
 mod monitor;
 mod paper;
 mod progress;
 mod recording_arguments;
 mod simulate;
+mod sparkline;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Finds what a feedback loop hides.
 #[derive(Parser)]
-#[command(name = "drift", version, about, propagate_version = true)]
-#[command(
-    after_help = "Examples:\n  drift demo\n  drift init run.csv -o LOOP.toml && drift diagnose run.csv --loop LOOP.toml --report report.html\n  drift calibrate healthy.csv -o BASELINE.toml && drift monitor run.csv --baseline BASELINE.toml"
-)]
+#[command(name = "drift", version, propagate_version = true)]
+#[command(after_help = "\
+Examples:
+  drift demo
+  drift init recording.csv -o loop.toml && drift diagnose recording.csv --loop loop.toml --report page.html
+  drift calibrate healthy.csv -o baseline.toml && drift monitor recording.csv --baseline baseline.toml")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -37,6 +42,8 @@ enum Command {
     Init(init::Arguments),
     Diagnose(diagnose::Arguments),
     Paper(paper::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
 }
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
@@ -48,6 +55,8 @@ fn main() -> ExitCode {
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
+        Command::Man(arguments) => man::run(&arguments, Arguments::command()),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
@@ -57,6 +66,42 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(1)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The lines of a command's help that show it at work.
+    fn examples(command: &clap::Command) -> Vec<String> {
+        let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let lines = help.lines().map(|line| line.trim().trim_start_matches("Example: "));
+        lines.filter_map(|line| line.strip_prefix("drift ")).map(str::to_string).collect()
+    }
+
+    #[test]
+    fn the_description_of_the_command_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_examples_that_it_takes() {
+        for command in Arguments::command().get_subcommands() {
+            let examples = examples(command);
+            assert!(!examples.is_empty(), "{} has no example", command.get_name());
+            for example in examples {
+                let own = example.split(['|', '>', '&']).next().unwrap_or_default();
+                let words = std::iter::once("drift").chain(own.split_whitespace());
+                let parsed = Arguments::try_parse_from(words);
+                assert!(
+                    parsed.is_ok(),
+                    "drift {example}: {}",
+                    parsed.err().map_or(String::new(), |e| e.to_string())
+                );
+                assert!(own.starts_with(command.get_name()), "{example}");
+            }
         }
     }
 }

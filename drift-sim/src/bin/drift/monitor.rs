@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use drift_core::Config;
 use drift_sim::baseline_file::BaselineFile;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, page, screen, watch};
+use drift_sim::plot::terminal::Signs;
 use drift_sim::recording::RecordingStream;
 use drift_sim::{Error, Result, output, report};
 
@@ -18,9 +19,11 @@ use crate::recording_arguments::RecordingArguments;
 ///
 /// Exit code 3 where --fail-on's level is reached.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  drift monitor run.csv --baseline BASELINE.toml --plot run.svg\n  drift monitor - --baseline BASELINE.toml --json - --fail-on drift < run.csv"
-)]
+#[command(after_help = "\
+Examples:
+  drift monitor recording.csv --baseline baseline.toml --report page.html
+  drift monitor recording.csv --baseline baseline.toml --plot run.svg --json decisions.jsonl
+  drift monitor - --baseline baseline.toml --fail-on drift < recording.csv")]
 pub struct Arguments {
     /// The recording, in any of the formats (CSV, gzip, .mat ...); - is standard input
     recording: PathBuf,
@@ -70,20 +73,20 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
     let mut stream = arguments.reading.open(&arguments.recording)?;
-    let drawn = arguments.plot.is_some() || arguments.report.is_some();
-    let mut chart = drawn.then(|| Chart::new(&config));
-    let Some(summary) = watch_all(&mut stream, &config, chart.as_mut(), arguments.json.as_deref())? else {
+    let mut chart = Chart::new(&config);
+    let Some(summary) = watch_all(&mut stream, &config, &mut chart, arguments.json.as_deref())? else {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.
         return Ok(ExitCode::SUCCESS);
     };
-    if let (Some(chart), Some(path)) = (&chart, &arguments.plot) {
+    if let Some(path) = &arguments.plot {
         chart.figure(&summary).write_svg(path)?;
     }
-    if let (Some(chart), Some(path)) = (&chart, &arguments.report) {
-        page(&summary, chart, &baseline, stream.columns(), report::command_line(std::env::args_os())).write(path)?;
+    if let Some(path) = &arguments.report {
+        page(&summary, &chart, &baseline, stream.columns(), report::command_line(std::env::args_os()))
+            .write(path)?;
     }
     if to_standard == 0 {
-        let text = screen(&summary, baseline.promise.as_ref());
+        let text = screen(&summary, baseline.promise.as_ref()) + &chart.rows(&summary, Signs::of_locale());
         output::write_text(Path::new("-"), &text)?;
     }
     let failed = arguments.fail_on.is_some_and(|level| summary.reaches(level.into()));
@@ -94,11 +97,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
 fn watch_all(
     stream: &mut RecordingStream,
     config: &Config<f32, 3>,
-    chart: Option<&mut Chart>,
+    chart: &mut Chart,
     json: Option<&Path>,
 ) -> Result<Option<Summary>> {
     let bar = Progress::of_bytes("monitoring", stream.size_bytes());
     let progress = |bytes: u64| bar.at(bytes);
+    let chart = Some(chart);
     let Some(path) = json else {
         return watch(stream, config, Outputs { json: None, chart, progress: Some(&progress) })
             .map(Some)

@@ -14,7 +14,10 @@ use crate::progress::Progress;
 ///
 /// Writes paper.html (one page with everything, which needs nothing else), paper.json (every number) and the figures as SVG.
 #[derive(Args)]
-#[command(after_help = "Example:\n  drift paper --out paper")]
+#[command(after_help = "\
+Examples:
+  drift paper
+  drift paper --out paper --seed 2")]
 pub struct Arguments {
     /// The folder to write to; made if it is missing.
     #[arg(long, value_name = "DIR", default_value = "paper")]

@@ -22,6 +22,11 @@ impl Progress {
         Self::new(what, Some(steps), "{msg} {wide_bar} {pos}/{len} {eta}")
     }
 
+    /// Of unknown length: the time that it has taken.
+    pub fn of_unknown(what: &str) -> Self {
+        Self::new(what, None, "{spinner} {msg} {elapsed}")
+    }
+
     fn new(what: &str, length: Option<u64>, template: &str) -> Self {
         // Hidden by the library itself where standard error is no terminal.
         let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr_with_hz(8));

@@ -16,9 +16,10 @@ use crate::recording_arguments::RecordingArguments;
 
 /// Runs a loop; the reference comes from a recording, or is made: random levels as in the paper, or one level.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  drift simulate examples/loops/oven.toml -o run.csv --seed 1\n  drift simulate LOOP.toml --reference run.csv -o simulated.csv"
-)]
+#[command(after_help = "\
+Examples:
+  drift simulate examples/loops/servo.toml --duration 10 --reference-sd 0.1 -o run.csv
+  drift simulate loop.toml --reference recording.csv -o run.csv")]
 pub struct Arguments {
     /// The loop file; `-` for standard input.
     #[arg(value_name = "LOOP.toml")]

@@ -48,25 +48,25 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
-    // The plant that is diagnosed, where the loop file leaves it open.
-    let model = identify::plant(&model, &train)?.unwrap_or(model);
     let found = diagnose(&train, holdout.as_ref(), &model)?;
+    // With the plant that was identified, where the loop file leaves it open.
+    let model = &found.nominal;
     if let Some(path) = &arguments.model {
         output::write_text(path, &found.improved.to_toml())?;
     }
     if let Some(path) = &arguments.report {
         let name = arguments.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
         let shown = holdout.as_ref().unwrap_or(&train);
-        output::write_text(path, &page::html(&found, &model, &train, shown, &name)?)?;
+        output::write_text(path, &page::html(&found, model, &train, shown, &name)?)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());
-        let text = serde_json::to_string_pretty(&report::json(&found, &model, name.as_deref()))
+        let text = serde_json::to_string_pretty(&report::json(&found, model, name.as_deref()))
             .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
         output::write_text(path, &(text + "\n"))?;
     }
     if arguments.json.as_deref() != Some(Path::new("-")) {
-        print!("{}", screen(&found, &model));
+        print!("{}", screen(&found, model));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::plant::{FirstOrder, Plant, TransferFunction};
 
+use super::fit::mean_square;
 use super::signals::Signals;
+use super::whiten::Whitener;
 
 /// The least dead time of a plant with more than one lag, in samples: from there a search can move it either way.
 const LEAST_DELAY: f64 = 0.25;
@@ -21,6 +23,9 @@ pub struct LinearShape {
     pub delay: usize,
 }
 
+/// Rounds in which noise model and coefficients take turns.
+const ROUNDS: usize = 4;
+
 /// A shape with its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeFit {
@@ -34,9 +39,34 @@ impl LinearShape {
     /// The best gain, offset and start on y under the drive `v` (u, or what reaches the plant of it); `None` where v does not
     /// move y.
     pub fn fit(&self, signals: &Signals, v: &[f64]) -> Option<ShapeFit> {
-        let ts = signals.sample_time_s;
-        let v0 = *v.first()?;
         let y0 = *signals.y.iter().find(|y| y.is_finite())?;
+        let columns = self.columns(signals.sample_time_s, v)?;
+        let error: Vec<f64> = signals.y.iter().map(|y| y - y0).collect();
+        let (solved, variance) = least_squares(&columns, &error)?;
+        Some(ShapeFit { plant: self.plant(&solved, y0, *v.first()?, signals.sample_time_s)?, variance })
+    }
+
+    /// The same in coloured noise, its autoregression found beside: the plant and the log-likelihood of y, up to a constant that
+    /// all shapes share. y must be whole.
+    pub fn likelihood(&self, signals: &Signals, v: &[f64]) -> Option<(f64, Plant)> {
+        let y0 = *signals.y.first()?;
+        let columns = self.columns(signals.sample_time_s, v)?;
+        let error: Vec<f64> = signals.y.iter().map(|y| y - y0).collect();
+        let mut whitener = Whitener::none();
+        let mut solved = Vec::new();
+        for _ in 0..ROUNDS {
+            let white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.apply(column)).collect();
+            solved = least_squares(&white, &whitener.apply(&error))?.0;
+            whitener = Whitener::of(&left(&columns, &solved, &error));
+        }
+        let white = whitener.apply(&left(&columns, &solved, &error));
+        let likelihood = -0.5 * error.len() as f64 * libm::log(mean_square(&white).max(1e-300));
+        Some((likelihood, self.plant(&solved, y0, *v.first()?, signals.sample_time_s)?))
+    }
+
+    /// What y is a sum of: the driven part, the part of a constant drive, and a free response for each state.
+    fn columns(&self, ts: f64, v: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let v0 = *v.first()?;
         let driven = self.response(v.iter().map(|v| v - v0), ts);
         let constant = self.response(v.iter().map(|_| 1.0), ts);
         let mut columns = vec![driven, constant];
@@ -47,11 +77,7 @@ impl LinearShape {
         if self.integrates {
             columns.push(vec![1.0; v.len()]);
         }
-        let error: Vec<f64> = signals.y.iter().map(|y| y - y0).collect();
-        let (solved, variance) = least_squares(&columns, &error)?;
-        let (gain, offset) = (*solved.first()?, *solved.get(1)?);
-        let plant = self.plant(gain, y0, offset - gain * v0, ts);
-        (gain != 0.0 && gain.is_finite()).then_some(ShapeFit { plant, variance })
+        Some(columns)
     }
 
     /// What the shape makes of a drive held over each sample, from rest, its first sample before the drive has acted.
@@ -60,12 +86,11 @@ impl LinearShape {
         let keeps: Vec<f64> = self.lags_s.iter().map(|lag| libm::exp(-ts / lag)).collect();
         let mut states = vec![0.0; keeps.len()];
         let mut sum = 0.0;
-        let mut first = None;
         let mut out: Vec<f64> = late
             .map(|drive| {
                 let now = if self.integrates { sum } else { states.last().copied().unwrap_or(0.0) };
-                // What was in the dead time before is the first value.
-                let mut q = drive.unwrap_or_else(|| *first.get_or_insert(0.0));
+                // In the dead time is what was held before: the first value, from which drives count.
+                let mut q = drive.unwrap_or(0.0);
                 for (state, keep) in states.iter_mut().zip(&keeps) {
                     *state = keep * *state + (1.0 - keep) * q;
                     q = *state;
@@ -78,10 +103,16 @@ impl LinearShape {
         out
     }
 
-    /// The plant of this shape. `steady` is what the constant part of the drive makes: of y less `y0`, or of dy/dt.
-    fn plant(&self, gain: f64, y0: f64, steady: f64, ts: f64) -> Plant {
+    /// The plant of this shape with the coefficients of its columns; `None` where v does not move y.
+    fn plant(&self, solved: &[f64], y0: f64, v0: f64, ts: f64) -> Option<Plant> {
+        let (gain, offset) = (*solved.first()?, *solved.get(1)?);
+        if gain == 0.0 || !gain.is_finite() {
+            return None;
+        }
+        // What the constant part of the drive makes: of y less y0, or of dy/dt.
+        let steady = offset - gain * v0;
         let delay = self.delay as f64;
-        match (self.lags_s.as_slice(), self.integrates) {
+        Some(match (self.lags_s.as_slice(), self.integrates) {
             ([lag], false) => Plant::FirstOrder(FirstOrder {
                 gain,
                 time_constant_s: *lag,
@@ -102,8 +133,17 @@ impl LinearShape {
                     offset: level / gain,
                 })
             }
-        }
+        })
     }
+}
+
+/// y less the sum of the columns.
+fn left(columns: &[Vec<f64>], coefficients: &[f64], y: &[f64]) -> Vec<f64> {
+    let mut rest = y.to_vec();
+    for (column, c) in columns.iter().zip(coefficients) {
+        rest.iter_mut().zip(column).for_each(|(rest, x)| *rest -= c * x);
+    }
+    rest
 }
 
 /// A polynomial, highest power first, times `lag*s + 1`.

@@ -47,6 +47,7 @@ mod viscous_friction;
 
 pub use effect::{Context, Effect, Hook, Motion, Numbers};
 pub use signature::Signature;
+pub use stiction::stem;
 pub use units::{UnitNames, Units, shown};
 
 use crate::plant::Plant;

@@ -75,11 +75,22 @@ impl Fit {
         Self::at(self.model, self.residual, whitener)
     }
 
-    /// The same point under the noise model of its own residual.
+    /// The same point under the noise model of its own residual, where the model whitens.
     #[must_use]
     pub fn renoised(self) -> Self {
-        let whitener = Whitener::of(&self.residual);
+        let whitener = self.noise_model();
         self.with_whitener(whitener)
+    }
+
+    fn noise_model(&self) -> Whitener {
+        if self.model.whitens() { Whitener::of(&self.residual) } else { Whitener::none() }
+    }
+
+    /// Searched to the end on the error as it is ([`Model::plain`]).
+    #[must_use]
+    pub fn plain(self, signals: &Signals) -> Self {
+        let fit = Self { model: self.model.plain(), ..self };
+        fit.with_whitener(Whitener::none()).search(signals, Effort::FULL)
     }
 
     /// Searches on from here with the noise model as it is.
@@ -102,7 +113,7 @@ impl Fit {
     #[must_use]
     pub fn settle(mut self, signals: &Signals, effort: Effort) -> Self {
         for _ in 0..3 {
-            let whitener = Whitener::of(&self.residual);
+            let whitener = self.noise_model();
             let again = Self::at(self.model.clone(), self.residual.clone(), whitener).search(signals, effort);
             let gained = again.log_likelihood - self.log_likelihood;
             let better = again.log_likelihood > self.log_likelihood || again.whitener != self.whitener;
@@ -114,8 +125,7 @@ impl Fit {
             }
         }
         // The noise model belongs to the final residual.
-        let whitener = Whitener::of(&self.residual);
-        Self::at(self.model, self.residual, whitener)
+        self.renoised()
     }
 
     /// Derivative of the whitened residual at the point.

@@ -56,11 +56,15 @@ fn only_start(model: &Loop, signals: &Signals) -> Model {
     states
 }
 
-/// Mean gain per block and its standard error, of one model over another.
+/// Mean gain per block of one model over another, and how many standard errors the gain is above none. The errors are
+/// those of `asinh(gain)`: blocks in which the term hardly acts gain little and others very much, which is no reason to
+/// doubt it, so that large gains count by their logarithm.
 pub fn gain(better: &[f64], worse: &[f64]) -> (f64, f64) {
     let differences: Vec<f64> = better.iter().zip(worse).map(|(a, b)| a - b).collect();
     let n = differences.len().max(1) as f64;
     let mean = differences.iter().sum::<f64>() / n;
-    let spread = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (n - 1.0).max(1.0);
-    (mean, libm::sqrt(spread / n))
+    let tamed: Vec<f64> = differences.iter().map(|d| libm::asinh(*d)).collect();
+    let centre = tamed.iter().sum::<f64>() / n;
+    let spread = tamed.iter().map(|d| (d - centre) * (d - centre)).sum::<f64>() / (n - 1.0).max(1.0);
+    (mean, centre / libm::sqrt(spread / n).max(1e-300))
 }

@@ -54,16 +54,22 @@ use whiten::Whitener;
 const MOST_TERMS: usize = 3;
 /// A tie of more kinds is no name.
 const MOST_TIED: usize = 3;
-/// Share of u that a term must move in closed loop to matter.
-const LEAST_EFFECT: f64 = 0.01;
+/// Share of u that a term must move in closed loop to matter; and the part of what sensor noise does to u. On clean
+/// generated loops what the search still finds, from how another simulator discretises, moves u by 0.0003 and 0.19 of the noise.
+const LEAST_EFFECT: f64 = 0.002;
+const OF_NOISE: f64 = 0.25;
 /// Squared closed-loop error, over that which sensor noise alone makes, up to which nothing is looked for.
 const FLOOR: f64 = 1.1;
 /// Relative closed-loop error beyond it, below which nothing is looked for.
 const LEAST_ERROR: f64 = 0.003;
 /// Relative error of the replayed law from which something is wrong with it although no fault explains it.
 const LAW_IS_ANOTHER: f64 = 0.1;
+/// Part of a richer friction's gain in the closed loop that makes plain dry friction the name to begin with.
+const NEARLY_ALL: f64 = 0.9;
 /// Factor by which a term may raise the closed loop's error on the hold-out: chance alone.
 const WORSE: f64 = 1.02;
+/// Closed-loop error of the plain fit, over that of the whitened one, below which the noise model does harm.
+const PLAINER: f64 = 0.97;
 /// Part of a recording that is held out when no other is given.
 const HELD_OUT: f64 = 0.3;
 
@@ -255,9 +261,10 @@ impl Case<'_> {
         let mut rejected = Vec::new();
         let mut located = None;
         while named.len() < MOST_TERMS && self.unexplained(&base) {
-            let from = if named.is_empty() { from.as_ref().unwrap_or(&stated) } else { &base };
+            let from = if named.is_empty() { from.as_ref().unwrap_or(&stated).clone() } else { base.clone() };
             let left = self.missing_drive(&base);
-            let scored = self.round(from, &base, left.as_ref());
+            let scored;
+            (base, scored) = self.round(&from, base, left.as_ref());
             let Some((winner, tied)) = self.pick(&base, &scored) else {
                 if named.is_empty() {
                     rejected = losers(&scored, None);
@@ -273,7 +280,7 @@ impl Case<'_> {
             }
             base = winner.candidate.fit.clone();
             named.push((winner, tied));
-            if base.whitener.order() == 0 {
+            if is_white(&base.residual) {
                 // What is left is white: there is nothing more to find.
                 break;
             }
@@ -281,6 +288,7 @@ impl Case<'_> {
         if stands {
             (base, named) = self.judge_load(base, named);
         }
+        let refit = if base.model.whitens() { refit } else { refit.plain(self.train) };
         self.conclude(&stated, &refit, &base, named, located, rejected, missing, controller)
     }
 
@@ -313,7 +321,7 @@ impl Case<'_> {
     }
 
     /// All kinds that are not in the model yet, scored against the base.
-    fn round(&self, stated: &Fit, base: &Fit, missing: Option<&MissingDrive>) -> Vec<Scored> {
+    fn round(&self, stated: &Fit, base: Fit, missing: Option<&MissingDrive>) -> (Fit, Vec<Scored>) {
         let signatures = features::signatures(self.nominal, self.train, missing);
         let stands = self.nominal.physics.len();
         let present: Vec<&str> = (base.model.nominal.physics.iter().enumerate())
@@ -326,15 +334,36 @@ impl Case<'_> {
             kind.place != Place::Controller
                 && !["injected_signal", "sensor_noise", "quantization"].contains(&kind.name)
                 && !present.contains(&kind.name)
-                && (by_direction.is_empty() || kind.name != "directional_friction")
+                && (by_direction.is_empty()
+                    || !["directional_friction", "stribeck_friction"].contains(&kind.name))
         };
-        let mut trials = screen::screen(stated, base, self.train, &signatures, wanted, 1);
+        let mut trials = screen::screen(stated, &base, self.train, &signatures, wanted, 1);
         if !by_direction.is_empty() && !present.contains(&"directional_friction") {
             trials.push(by_direction.clone());
         }
-        let mut fitted = candidates::fit_all(&trials, self.train);
-        fitted.extend(self.special(stated, base));
-        select::score(base, fitted, self.holdout)
+        let fitted = candidates::fit_all(&trials, stated, &base, self.train);
+        let plain = !base.model.whitens() || self.is_plainer(&fitted);
+        let (base, mut fitted) =
+            if plain { (base.plain(self.train), fitted.plain) } else { (base, fitted.whitened) };
+        let special = self.special(stated, &base).into_iter();
+        fitted.extend(
+            special.map(|c| Candidate { fit: if plain { c.fit.plain(self.train) } else { c.fit }, ..c }),
+        );
+        let scored = select::score(&base, fitted, self.holdout);
+        (base, scored)
+    }
+
+    /// Whether the closed loop comes closer to the training part with the numbers of the plain fits.
+    fn is_plainer(&self, fitted: &candidates::Fitted) -> bool {
+        let error = |candidates: &[Candidate]| {
+            let fit = &candidates.first()?.fit;
+            let (model, _) = fit.model.loop_at(&fit.model.x)?;
+            Some(error(fit_pct(&model, self.train)?))
+        };
+        match (error(&fitted.plain), error(&fitted.whitened)) {
+            (Some(plain), Some(whitened)) => plain < PLAINER * whitened,
+            (plain, whitened) => plain.is_some() && whitened.is_none(),
+        }
     }
 
     /// Effects that no prediction of y shows: noise that changes, a grid of values.
@@ -350,9 +379,11 @@ impl Case<'_> {
 
     /// The winner and what it is tied with.
     fn pick(&self, base: &Fit, scored: &[Scored]) -> Option<(Scored, Vec<&'static str>)> {
-        let winner = scored.iter().find(|s| {
+        let stands = |s: &&Scored| {
             s.accepted() && self.matters(base, &s.candidate.fit) && self.helps(base, &s.candidate.fit)
-        })?;
+        };
+        let winner = scored.iter().find(stands)?;
+        let winner = self.simpler(base, winner, scored).filter(stands).unwrap_or(winner);
         let others: Vec<Scored> =
             scored.iter().filter(|s| s.candidate.kind != winner.candidate.kind).cloned().collect();
         let tied: Vec<&'static str> =
@@ -370,11 +401,29 @@ impl Case<'_> {
         Some((winner.clone(), tied))
     }
 
-    /// Whether the closed loop is further from what was measured than noise and terms that don't matter would bring it.
+    /// Plain dry friction, where it takes nearly all of what a richer friction takes: what that adds is looked for in the rest.
+    fn simpler<'s>(&self, base: &Fit, winner: &Scored, scored: &'s [Scored]) -> Option<&'s Scored> {
+        if winner.candidate.kind.name != "directional_friction" {
+            return None;
+        }
+        let left = |fit: &Fit| {
+            let (model, _) = fit.model.loop_at(&fit.model.x)?;
+            Some(error(fit_pct(&model, self.train)?))
+        };
+        let dry = scored.iter().find(|s| s.candidate.kind.name == "coulomb_friction")?;
+        let (before, with_dry, with_rich) =
+            (left(base)?, left(&dry.candidate.fit)?, left(&winner.candidate.fit)?);
+        (before - with_dry > NEARLY_ALL * (before - with_rich)).then_some(dry)
+    }
+
+    /// Whether something may still be found: what is left of y is not white, or the closed loop is further from what
+    /// was measured than noise would bring it.
     fn unexplained(&self, fit: &Fit) -> bool {
+        if !is_white(&fit.residual) {
+            return true;
+        }
         let run = || {
             let (model, _) = fit.model.loop_at(&fit.model.x)?;
-            let error = |pct: prove::FitPct| 0.01 * (100.0 - pct.u_pct.unwrap_or(pct.y_pct));
             let [seen, unseen] = [self.train, self.holdout].map(|signals| {
                 let far = error(fit_pct(&model, signals)?);
                 // Only what changes faster than a plant can is sure to be noise.
@@ -391,8 +440,7 @@ impl Case<'_> {
     fn helps(&self, base: &Fit, with: &Fit) -> bool {
         let fit = |fit: &Fit| {
             let (model, _) = fit.model.loop_at(&fit.model.x)?;
-            let fit = fit_pct(&model, self.holdout)?;
-            Some(100.0 - fit.u_pct.unwrap_or(fit.y_pct))
+            Some(error(fit_pct(&model, self.holdout)?))
         };
         match (fit(base), fit(with)) {
             (Some(before), Some(after)) => after < WORSE * before,
@@ -400,17 +448,21 @@ impl Case<'_> {
         }
     }
 
-    /// Whether the closed loop's u depends on the term by a part that matters.
+    /// Whether the closed loop's u depends on the term by a part that matters, on either part of the data.
     fn matters(&self, base: &Fit, with: &Fit) -> bool {
-        let run = |fit: &Fit| {
-            let (model, _) = fit.model.loop_at(&fit.model.x)?;
-            prove::run(&model, self.train, 0)
+        let moved = |signals: &Signals| {
+            let run = |fit: &Fit| {
+                let (model, _) = fit.model.loop_at(&fit.model.x)?;
+                Some((prove::run(&model, signals, 0)?, model))
+            };
+            let (after, model) = run(with)?;
+            let Some((before, _)) = run(base) else { return Some(true) };
+            let noise = missing_drive::noise_floor(&with.residual);
+            let floor = OF_NOISE * error(noise_floor(&model, noise, signals)?);
+            let difference = prove::difference(&after, &before, self.nominal);
+            Some(difference * difference > LEAST_EFFECT * LEAST_EFFECT + floor * floor)
         };
-        match (run(base), run(with)) {
-            (Some(a), Some(b)) => prove::difference(&b, &a, self.nominal) > LEAST_EFFECT,
-            (None, Some(_)) => true,
-            _ => false,
-        }
+        [self.train, self.holdout].into_iter().any(|signals| moved(signals).unwrap_or(false))
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -584,6 +636,15 @@ fn refitted_parameters(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
 
 fn fit_pct(model: &Loop, signals: &Signals) -> Option<prove::FitPct> {
     Some(prove::fit_of(model, &prove::run(model, signals, 0)?, signals))
+}
+
+fn is_white(residual: &[f64]) -> bool {
+    Whitener::of(residual).order() == 0
+}
+
+/// Relative error of u, of y where the law is not known.
+fn error(fit: prove::FitPct) -> f64 {
+    0.01 * (100.0 - fit.u_pct.unwrap_or(fit.y_pct))
 }
 
 /// How well the improved model fits itself under sensor noise of the size seen.

@@ -61,6 +61,8 @@ pub struct Model {
     /// The starting point, in the order of `free`.
     pub x: Vec<f64>,
     start: Start,
+    substeps: usize,
+    whitens: bool,
 }
 
 /// The numbers of a plant that a refit may move: name, value, range. What only scales all the others (a servo's
@@ -184,7 +186,14 @@ impl Model {
     /// The nominal loop with its plant's numbers and its starting state free.
     pub fn refit(nominal: &Loop, signals: &Signals) -> Self {
         let start = Start::from_recording(nominal, &signals.r, &signals.y, &signals.u);
-        let mut model = Self { nominal: nominal.clone(), free: Vec::new(), x: Vec::new(), start };
+        let mut model = Self {
+            nominal: nominal.clone(),
+            free: Vec::new(),
+            x: Vec::new(),
+            start,
+            substeps: SUBSTEPS,
+            whitens: true,
+        };
         for (i, (name, value, range)) in plant_numbers(&nominal.plant).into_iter().enumerate() {
             let scale = match (value.abs() > 0.0, &nominal.plant) {
                 (_, Plant::FirstOrder(_)) if name == "plant.offset" => deviation(&signals.y),
@@ -230,6 +239,33 @@ impl Model {
     #[must_use]
     pub fn at(&self, x: &[f64]) -> Self {
         Self { x: x.to_vec(), ..self.clone() }
+    }
+
+    /// The same, predicted with one step a sample also where terms act along the way: to search with, not to conclude.
+    #[must_use]
+    pub fn coarse(mut self) -> Self {
+        self.substeps = 1;
+        self
+    }
+
+    /// The same, predicted as the simulator does it.
+    #[must_use]
+    pub fn fine(mut self) -> Self {
+        self.substeps = SUBSTEPS;
+        self
+    }
+
+    /// The same, fitted to the prediction error as it is, without a noise model ([`Model::whitens`]).
+    #[must_use]
+    pub fn plain(mut self) -> Self {
+        self.whitens = false;
+        self
+    }
+
+    /// Whether a noise model goes with it. Whitening counts what changes fast as much as what changes slowly: right where
+    /// the model is; where small fast physics stays unmodelled (a frame that swings), it bends the slow numbers to serve that.
+    pub fn whitens(&self) -> bool {
+        self.whitens
     }
 
     /// One more term, its parameters free (but for those of `fixed`), its onset free if wanted.
@@ -347,7 +383,7 @@ impl Model {
 
     /// y as predicted from the recorded u, at x; `None` where x is impossible or the prediction diverges.
     pub fn predict(&self, x: &[f64], signals: &Signals) -> Option<Vec<f64>> {
-        self.predict_with(x, signals, SUBSTEPS)
+        self.predict_with(x, signals, self.substeps)
     }
 
     /// The same with another number of sub-steps where terms act along the way.

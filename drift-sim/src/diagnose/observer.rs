@@ -6,8 +6,9 @@
 
 use crate::plant::{Output, Plant, zero_order_hold};
 
-/// The observer's bandwidth times the sample time: fifty samples.
-const BANDWIDTH: f64 = 0.02;
+/// The observer's bandwidth times the sample time. Ten samples: near the best predictor of a quiet encoder, and short enough for
+/// dry friction, whose slips run away from a prediction that is left alone for longer.
+const BANDWIDTH: f64 = 0.1;
 
 /// What one unit of prediction error adds to each state.
 pub fn gains(plant: &Plant, sample_time_s: f64) -> Vec<f64> {

@@ -30,30 +30,65 @@ pub struct Trial {
     pub share: f64,
 }
 
-/// What a trial is judged on: the error of the refitted nominal model in one colour.
-struct Yardstick {
+/// A model to try terms on, and what they are judged by there: its error as it is, and whitened where that is asked for.
+struct Bench {
     base: Fit,
+    yardsticks: Vec<Yardstick>,
+}
+
+impl Bench {
+    /// Beside the plain error, the error under the fit's own noise model where `whitened`.
+    fn new(base: &Fit, signals: &Signals, whitened: bool) -> Option<Self> {
+        let model = base.model.clone().coarse();
+        let base = Fit::start(&model, signals, &Whitener::none())?.with_whitener(base.whitener.clone());
+        let plain = base.clone().with_whitener(Whitener::none());
+        let jacobian = plain.derivative(signals)?;
+        let mut yardsticks = vec![Yardstick::new(&base, &jacobian, Whitener::none())];
+        if whitened {
+            yardsticks.push(Yardstick::new(&base, &jacobian, base.whitener.clone()));
+        }
+        Some(Self { base, yardsticks })
+    }
+
+    /// One simulation; the trial as each yardstick sees it. What can't be simulated is worth nothing.
+    fn try_out(&self, term: &Term, signals: &Signals) -> Option<Vec<Trial>> {
+        let with = |term: &Term| self.base.model.with_term(term, term.onset_s > 0.0, signals.duration_s());
+        let model = with(term);
+        let residual = model.residual(&model.x, signals)?;
+        // A gap's effect is in no proportion to its width.
+        let jumps = term.kind.parameters.iter().any(|p| coarse(p.name));
+        let judged = self.yardsticks.iter().map(|stick| {
+            let (scale, share) = stick.judge(&self.base.residual, &residual);
+            let itself = stick.at_itself(&residual);
+            match scaled(term, scale).filter(|_| share > itself && !jumps) {
+                Some(term) => Trial { model: with(&term), term, share },
+                None => Trial { model: model.clone(), term: term.clone(), share: itself },
+            }
+        });
+        Some(judged.collect())
+    }
+}
+
+/// What a trial is judged on: the error of a model in one colour.
+struct Yardstick {
+    whitener: Whitener,
     error: DVector<f64>,
     explained: DMatrix<f64>,
-    whiten: bool,
 }
 
 impl Yardstick {
-    fn new(nominal: &Fit, jacobian: &DMatrix<f64>, whiten: bool) -> Self {
-        let colour = |x: &[f64]| if whiten { nominal.whitener.apply(x) } else { x.to_vec() };
+    fn new(base: &Fit, jacobian: &DMatrix<f64>, whitener: Whitener) -> Self {
         let columns: Vec<DVector<f64>> =
-            jacobian.column_iter().map(|c| DVector::from_vec(colour(c.as_slice()))).collect();
-        let explained = orthonormal(&columns, nominal.residual.len());
-        let error = project_out(&explained, DVector::from_vec(colour(&nominal.residual)));
-        Self { base: nominal.clone(), error, explained, whiten }
+            jacobian.column_iter().map(|c| DVector::from_vec(whitener.apply(c.as_slice()))).collect();
+        let explained = orthonormal(&columns, base.residual.len());
+        let error = project_out(&explained, DVector::from_vec(whitener.apply(&base.residual)));
+        Self { whitener, error, explained }
     }
 
     /// (best multiple of the trial's effect, share of the squared error that it takes away).
-    fn judge(&self, residual: &[f64]) -> (f64, f64) {
-        let nominal = &self.base;
-        let change: Vec<f64> = residual.iter().zip(&nominal.residual).map(|(a, b)| a - b).collect();
-        let change = if self.whiten { nominal.whitener.apply(&change) } else { change };
-        let change = project_out(&self.explained, DVector::from_vec(change));
+    fn judge(&self, without: &[f64], with: &[f64]) -> (f64, f64) {
+        let change: Vec<f64> = with.iter().zip(without).map(|(a, b)| a - b).collect();
+        let change = project_out(&self.explained, DVector::from_vec(self.whitener.apply(&change)));
         let power = change.norm_squared();
         if power <= 0.0 {
             return (0.0, 0.0);
@@ -64,26 +99,8 @@ impl Yardstick {
 
     /// Share that is gone at the trial itself, without scaling it.
     fn at_itself(&self, residual: &[f64]) -> f64 {
-        let coloured = if self.whiten { self.base.whitener.apply(residual) } else { residual.to_vec() };
-        let left = project_out(&self.explained, DVector::from_vec(coloured));
+        let left = project_out(&self.explained, DVector::from_vec(self.whitener.apply(residual)));
         1.0 - left.norm_squared() / self.error.norm_squared().max(1e-300)
-    }
-}
-
-impl Yardstick {
-    /// One simulation; what can't be simulated is worth nothing.
-    fn try_out(&self, term: &Term, signals: &Signals) -> Option<Trial> {
-        let with = |term: &Term| self.base.model.with_term(term, term.onset_s > 0.0, signals.duration_s());
-        let model = with(term);
-        let residual = model.residual(&model.x, signals)?;
-        let (scale, share) = self.judge(&residual);
-        let itself = self.at_itself(&residual);
-        // A gap's effect is in no proportion to its width.
-        let jumps = term.kind.parameters.iter().any(|p| coarse(p.name));
-        Some(match scaled(term, scale).filter(|_| share > itself && !jumps) {
-            Some(term) => Trial { model: with(&term), term, share },
-            None => Trial { model, term: term.clone(), share: itself },
-        })
     }
 }
 
@@ -124,19 +141,15 @@ pub fn screen(
     kinds: impl Fn(&Kind) -> bool + Sync,
     most: usize,
 ) -> Vec<Vec<Trial>> {
-    let plain = |fit: &Fit| fit.clone().with_whitener(Whitener::none());
-    let (refitted, stated) = (plain(nominal), plain(stated));
-    let Some(jacobian) = refitted.derivative(signals) else { return Vec::new() };
-    let Some(at_stated) = stated.derivative(signals) else { return Vec::new() };
-    let sticks = [
-        Yardstick::new(&refitted, &jacobian, false),
-        Yardstick::new(nominal, &jacobian, true),
-        Yardstick::new(&stated, &at_stated, false),
-    ];
+    // What is new is judged beside the refitted numbers, but a strong effect may have bent those: beside the stated ones too.
+    let benches: Vec<Bench> = [(nominal, true), (stated, false)]
+        .into_iter()
+        .filter_map(|(base, whitened)| Bench::new(base, signals, whitened))
+        .collect();
     KINDS
         .par_iter()
         .filter(|kind| (kind.applies)(&nominal.model.nominal.plant) && kinds(kind))
-        .map(|kind| screen_kind(kind, signals, signatures, &sticks, most))
+        .map(|kind| screen_kind(kind, signals, signatures, &benches, most))
         .filter(|trials: &Vec<Trial>| !trials.is_empty())
         .collect()
 }
@@ -145,20 +158,23 @@ fn screen_kind(
     kind: &'static Kind,
     signals: &Signals,
     signatures: &[Signature],
-    sticks: &[Yardstick; 3],
+    benches: &[Bench],
     most: usize,
 ) -> Vec<Trial> {
     let terms = terms_of(kind, signatures, signals.duration_s());
+    let jumps = kind.parameters.iter().any(|p| coarse(p.name));
     let mut kept: Vec<Trial> = Vec::new();
-    for stick in sticks {
-        let mut tried: Vec<Trial> = terms.iter().filter_map(|term| stick.try_out(term, signals)).collect();
-        tried.sort_by(|a, b| b.share.total_cmp(&a.share));
-        let jumps = kind.parameters.iter().any(|p| coarse(p.name));
-        for trial in tried.into_iter().take(if jumps { 4 * most } else { most }) {
-            let later = trial.term.onset_s > 0.0;
-            let trial = if later { refine_onset(trial, stick, signals) } else { trial };
-            if kept.iter().all(|other| other.model.x != trial.model.x) {
-                kept.push(trial);
+    for bench in benches {
+        let tried: Vec<Vec<Trial>> = terms.iter().filter_map(|term| bench.try_out(term, signals)).collect();
+        for stick in 0..bench.yardsticks.len() {
+            let mut seen: Vec<&Trial> = tried.iter().filter_map(|judged| judged.get(stick)).collect();
+            seen.sort_by(|a, b| b.share.total_cmp(&a.share));
+            for trial in seen.into_iter().take(if jumps { 4 * most } else { most }) {
+                let later = trial.term.onset_s > 0.0;
+                let trial = if later { refine_onset(trial, bench, stick, signals) } else { trial.clone() };
+                if kept.iter().all(|other| other.model.x != trial.model.x) {
+                    kept.push(trial);
+                }
             }
         }
     }
@@ -166,13 +182,14 @@ fn screen_kind(
 }
 
 /// Golden section between the neighbours of the best onset of the grid: an onset is not for gradients.
-fn refine_onset(trial: Trial, stick: &Yardstick, signals: &Signals) -> Trial {
+fn refine_onset(trial: &Trial, bench: &Bench, stick: usize, signals: &Signals) -> Trial {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let spacing = signals.duration_s() / ONSETS as f64;
     let (mut from, mut to) = ((trial.term.onset_s - spacing).max(0.0), trial.term.onset_s + spacing);
     let mut best = trial.clone();
     let mut share_at = |t: f64| {
-        let Some(found) = stick.try_out(&trial.term.clone().from_s(t), signals) else {
+        let judged = bench.try_out(&trial.term.clone().from_s(t), signals);
+        let Some(found) = judged.and_then(|judged| judged.into_iter().nth(stick)) else {
             return f64::NEG_INFINITY;
         };
         let share = found.share;

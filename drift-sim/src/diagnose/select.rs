@@ -66,7 +66,8 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
     let likely = likely.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood)).unwrap_or(nominal);
     let whitener = likely.whitener.clone();
     let reference = holdout::block_likelihoods(nominal, holdout, &whitener).unwrap_or_default();
-    let white = nominal.white();
+    // What is left of the best is the noise; the nominal model's own error may be far more correlated than that.
+    let white = if nominal.model.whitens() { nominal.white() } else { likely.white() };
     let share = effective_samples(&white) / white.len().max(1) as f64;
     let cost = 0.5 * libm::log((white.len() as f64 * share).max(2.0));
     let mut scored: Vec<Scored> = candidates
@@ -75,12 +76,12 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
             let extra = candidate.fit.model.physical().saturating_sub(nominal.model.physical()) as f64;
             let raw = candidate.fit.log_likelihood - nominal.log_likelihood;
             let blocks = holdout::block_likelihoods(&candidate.fit, holdout, &whitener).unwrap_or_default();
-            let (mean, error) = holdout::gain(&blocks, &reference);
+            let (mean, errors) = holdout::gain(&blocks, &reference);
             let usable = blocks.len() == reference.len() && !blocks.is_empty();
             Scored {
                 train_gain: raw * share - extra * cost,
                 holdout_gain: if usable { mean * blocks.len() as f64 * share } else { f64::NEG_INFINITY },
-                holdout_errors: if usable { mean / error.max(1e-300) } else { f64::NEG_INFINITY },
+                holdout_errors: if usable { errors } else { f64::NEG_INFINITY },
                 candidate,
             }
         })

@@ -23,6 +23,8 @@ pub struct LinearShape {
     pub delay: usize,
 }
 
+/// Order of the noise model.
+const NOISE_ORDER: usize = 8;
 /// Rounds in which noise model and coefficients take turns.
 const ROUNDS: usize = 4;
 
@@ -57,7 +59,7 @@ impl LinearShape {
         for _ in 0..ROUNDS {
             let white: Vec<Vec<f64>> = columns.iter().map(|column| whitener.apply(column)).collect();
             solved = least_squares(&white, &whitener.apply(&error))?.0;
-            whitener = Whitener::of(&left(&columns, &solved, &error));
+            whitener = Whitener::least_squares(&left(&columns, &solved, &error), NOISE_ORDER);
         }
         let white = whitener.apply(&left(&columns, &solved, &error));
         let likelihood = -0.5 * error.len() as f64 * libm::log(mean_square(&white).max(1e-300));

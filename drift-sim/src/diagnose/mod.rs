@@ -206,7 +206,8 @@ pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
         && let Some(valve) = valve::find(recording)
     {
         let model = Loop { plant: valve.plant.clone(), ..nominal.clone() };
-        let case = Case { nominal: &model, train: recording, holdout: &held, whole: recording, guessed: true };
+        let case =
+            Case { nominal: &model, train: recording, holdout: &held, whole: recording, guessed: true };
         return case.run_valve(&valve);
     }
     let identified = identify::plant(nominal, &train)?;
@@ -217,7 +218,7 @@ pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
     let guessed = identified.is_some() || model.controller == Controller::Recorded;
     let case = Case { nominal: &model, train: &train, holdout: &held, whole, guessed };
     if guessed {
-        return case.run_recorded(identified.as_ref().and_then(|found| found.limit.as_ref()));
+        return case.run_recorded(identified.as_ref());
     }
     case.run()
 }

@@ -7,13 +7,13 @@
 //! not fitted, of spans by how well the others predict each. Spans are events of their own, so they are looked for in the
 //! whole recording, and so are their sizes.
 
-use crate::physics::Term;
 use crate::{Error, Result};
 
 use super::candidates::Candidate;
 use super::fit::{Effort, Fit, mean_square};
 use super::holdout;
-use super::model::{Model, Target};
+use super::identify::Identified;
+use super::model::{Free, Model, Target};
 use super::select::Scored;
 use super::spans::{self, Acting};
 use super::valve::Valve;
@@ -27,9 +27,17 @@ fn lost() -> Error {
     Error::new("the plant can't follow the recorded u: it diverges")
 }
 
+/// The model with the plant's numbers held, all but its offset.
+fn at_its_operating_point(model: &Model) -> Model {
+    let held = |free: &&Free| matches!(free.target, Target::Plant(_)) && free.name != "plant.offset";
+    let targets: Vec<Target> = model.free.iter().filter(held).map(|free| free.target).collect();
+    targets.into_iter().fold(model.clone(), |model, target| model.held(target))
+}
+
 impl Case<'_> {
     /// The diagnosis with the few effects that an identified plant or an unknown law leave room for.
-    pub(super) fn run_recorded(&self, limit: Option<&Term>) -> Result<Diagnosis> {
+    pub(super) fn run_recorded(&self, identified: Option<&Identified>) -> Result<Diagnosis> {
+        let limit = identified.and_then(|found| found.limit.as_ref());
         let stated = Fit::start(&Model::refit(self.nominal, self.train), self.train, &Whitener::none())
             .ok_or_else(lost)?;
         let refit = stated.clone().search(self.train, Effort::FULL);
@@ -46,7 +54,9 @@ impl Case<'_> {
                 rejected.extend(super::losers(&[scored], None));
             }
         }
-        if named.is_empty()
+        // A plant from the very recording has taken up part of what comes and goes in it.
+        if identified.is_none()
+            && named.is_empty()
             && let Some(found) = self.run_spans(&stated)?
         {
             return Ok(found);
@@ -68,7 +78,8 @@ impl Case<'_> {
         let stated = Fit::start(&Model::refit(self.nominal, self.whole), self.whole, &Whitener::none());
         let stated = stated.ok_or_else(lost)?;
         let refit = stated.clone().search(self.whole, Effort::FULL).renoised();
-        let with = acting.iter().fold(stated.model.clone(), |model, acting| {
+        // The plant stays as stated but for its operating point: what disturbs the loop tells little of the plant.
+        let with = acting.iter().fold(at_its_operating_point(&stated.model), |model, acting| {
             model.with_term(&acting.term, false, self.whole.duration_s())
         });
         let base = Fit::start(&with, self.whole, &Whitener::none()).ok_or_else(lost)?;
@@ -112,7 +123,7 @@ impl Case<'_> {
     }
 
     /// The limit with which the plant was identified, against the best linear plant without.
-    fn with_limit(&self, stated: &Fit, base: &Fit, limit: &Term) -> Option<Scored> {
+    fn with_limit(&self, stated: &Fit, base: &Fit, limit: &crate::physics::Term) -> Option<Scored> {
         let model = stated.model.with_term(limit, false, self.train.duration_s());
         let fit = Fit::start(&model, self.train, &Whitener::none())?.search(self.train, Effort::FULL);
         self.score_free_run(base, Candidate { kind: limit.kind, fit })

@@ -21,7 +21,9 @@ const LEAST_GAIN: f64 = 25.0;
 /// Steps at most: more is a wandering load or a wrong plant, not events.
 const MOST_STEPS: usize = 30;
 /// Times tried across the recording before the best is refined.
-const TIMES: usize = 1000;
+const TIMES: usize = 2500;
+/// Order of the noise model.
+const NOISE_ORDER: usize = 4;
 /// Sizes of one effect differ by no more than this part.
 const SAME_SIZE: f64 = 0.35;
 /// Samples at either end in which no step is looked for.
@@ -91,8 +93,12 @@ struct Shapes {
 impl Shapes {
     fn of(model: &Loop, signals: &Signals) -> Option<Self> {
         let n = signals.len();
-        let linear =
-            Loop { physics: Vec::new(), inputs: Vec::new(), controller: Controller::Recorded, ..model.clone() };
+        let linear = Loop {
+            physics: Vec::new(),
+            inputs: Vec::new(),
+            controller: Controller::Recorded,
+            ..model.clone()
+        };
         let order = linear.plant.linear().ok()??.order();
         let run = |state: Option<usize>, u: f64| {
             let state = (0..order).map(|i| if state == Some(i) { 1.0 } else { 0.0 }).collect();
@@ -155,7 +161,7 @@ impl State {
         columns.extend(shapes.free.iter().cloned());
         let nuisances = columns.len();
         columns.extend(found.iter().map(|(of, at)| shapes.step(*of, *at)));
-        let mut whitener = Whitener::of(&centred(&shapes.error));
+        let mut whitener = Whitener::least_squares(&centred(&shapes.error), NOISE_ORDER);
         let mut state = None;
         for _ in 0..3 {
             let white: Vec<DVector<f64>> =
@@ -181,7 +187,7 @@ impl State {
             }
             let sizes = sizes.get(nuisances..)?.to_vec();
             state = Some(Self { whitener, basis, rest, variance, sizes, errors });
-            whitener = Whitener::of(&coloured);
+            whitener = Whitener::least_squares(&coloured, NOISE_ORDER);
         }
         state
     }
@@ -264,7 +270,10 @@ struct Span {
 
 /// The terms that steps make: each step is closed by the next of its kind that takes it back; spans of one size are one term.
 pub fn terms(steps: &[Step], signals: &Signals) -> Vec<Acting> {
-    [Of::Bias, Of::Load].into_iter().flat_map(|of| terms_of(of, &paired(of, steps, signals.len()), signals)).collect()
+    [Of::Bias, Of::Load]
+        .into_iter()
+        .flat_map(|of| terms_of(of, &paired(of, steps, signals.len()), signals))
+        .collect()
 }
 
 fn paired(of: Of, steps: &[Step], end: usize) -> Vec<Span> {
@@ -359,14 +368,23 @@ mod tests {
             integral += 0.05 * (50.0 - y[y.len() - 1]);
             u = integral + 4.0 * (50.0 - y[y.len() - 1]);
         }
-        Signals { sample_time_s: 1.0, start_s: 0.0, origin_s: 0.0, r: vec![50.0; 4000], y, u: us, inputs: Vec::new() }
+        Signals {
+            sample_time_s: 1.0,
+            start_s: 0.0,
+            origin_s: 0.0,
+            r: vec![50.0; 4000],
+            y,
+            u: us,
+            inputs: Vec::new(),
+        }
     }
 
     #[test]
     fn a_load_and_a_bias_that_come_and_go_are_told_apart() {
         let load = Term::new("injected_signal", &[("level", -20.0)]).unwrap();
         let load = load.within(&[(2000.0, 2300.0), (3000.0, 3300.0)]);
-        let bias = Term::new("sensor_bias", &[("bias", 5.0)]).unwrap().within(&[(500.0, 800.0), (1200.0, 1500.0)]);
+        let bias =
+            Term::new("sensor_bias", &[("bias", 5.0)]).unwrap().within(&[(500.0, 800.0), (1200.0, 1500.0)]);
         let signals = recorded(&[load.clone(), bias.clone()]);
         let found = terms(&steps(&heater(), &signals).unwrap(), &signals);
         assert_eq!(found.len(), 2, "{found:?}");

@@ -35,6 +35,8 @@ const SLOWEST: f64 = 10.0;
 const PARTS: usize = 3;
 /// Contiguous blocks over which predictions are compared.
 const BLOCKS: usize = 24;
+/// How long to search from an end that is known but for a part of y.
+const AGAIN: Effort = Effort { steps: 10, enough: 1e-4 };
 /// Part of y's variance that a plant may leave where it has not seen y, else nothing was identified.
 const LEFT_OVER: f64 = 0.5;
 /// Starting points of each structure that are searched from.
@@ -44,7 +46,7 @@ const HOPELESS: f64 = 30.0;
 /// Limits tried on either side, as parts of the way from the middle of u to its end.
 const LIMITS: [f64; 8] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.65, 0.8];
 /// Pairs of limits that are followed beyond a first look.
-const LIMITS_FOLLOWED: usize = 3;
+const LIMITS_FOLLOWED: usize = 2;
 
 /// What was identified.
 #[derive(Debug, Clone)]
@@ -117,7 +119,8 @@ fn looked(model: &Loop, group: &[(Plant, Limits)], signals: &Signals) -> Option<
     ends.min_by(|a, b| a.variance.total_cmp(&b.variance))
 }
 
-/// Predicts each part of y by a fit to the others: the simulation runs through, only y is left out.
+/// Predicts each part of y by a fit to the others: the simulation runs through, only y is left out. The start is no number of the
+/// plant and stays as the whole recording has it: without the first part nothing would tell it.
 fn validate(fit: &Fit, signals: &Signals) -> Option<Validated> {
     let (found, _) = fit.model.loop_at(&fit.model.x)?;
     if matches!(&found.plant, Plant::FirstOrder(p) if p.time_constant_s > SLOWEST * signals.duration_s()) {
@@ -130,7 +133,8 @@ fn validate(fit: &Fit, signals: &Signals) -> Option<Validated> {
             let hidden = part * length..((part + 1) * length).min(signals.len());
             let mut others = signals.clone();
             others.y.get_mut(hidden.clone())?.fill(f64::NAN);
-            let fitted = Fit::start(&fit.model, &others, &Whitener::none())?.search(&others, Effort::FULL);
+            let held = fit.model.start_held();
+            let fitted = Fit::start(&held, &others, &Whitener::none())?.search(&others, AGAIN);
             let residual = fitted.model.residual(&fitted.model.x, signals)?;
             Some(residual.get(hidden)?.to_vec())
         })

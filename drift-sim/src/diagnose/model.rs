@@ -323,6 +323,18 @@ impl Model {
         model
     }
 
+    /// The same with the start held at where it is.
+    #[must_use]
+    pub fn start_held(&self) -> Self {
+        let mut model = self.clone();
+        if let Some((_, start)) = self.loop_at(&self.x) {
+            model.start = start;
+            let kept = self.free.iter().zip(&self.x).filter(|(free, _)| !free.target.is_start());
+            (model.free, model.x) = kept.map(|(free, x)| (free.clone(), *x)).unzip();
+        }
+        model
+    }
+
     /// The same with one number held at where it is.
     #[must_use]
     pub fn held(&self, target: Target) -> Self {

@@ -112,10 +112,12 @@ impl Loop {
             return Err(Error::new(format!("{} can't act on a {} plant", term.kind.name, self.plant.kind()))
                 .allowed(format!("physics for this plant: {}", kinds_for(&self.plant))));
         }
-        if (term.kind.name == "injected_signal") == term.spans.is_empty() {
-            let what = if term.spans.is_empty() { "needs spans" } else { "takes no spans" };
+        let needs = term.kind.name == "injected_signal";
+        let wrong = if term.spans.is_empty() { needs } else { !term.kind.takes_spans() };
+        if wrong {
+            let what = if needs { "needs spans" } else { "takes no spans" };
             return Err(Error::new(format!("{} {what}", term.kind.name))
-                .allowed("spans = [[from, to], ...] in seconds, for injected_signal alone"));
+                .allowed("spans = [[from, to], ...] in seconds, for injected_signal and sensor_bias alone"));
         }
         Ok(())
     }

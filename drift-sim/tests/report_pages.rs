@@ -96,7 +96,6 @@ fn diagnosis_page(samples: usize, drawn: usize) -> Page {
         drive.value = drive.value.iter().copied().cycle().take(drawn).collect();
     }
     let case = page::Case {
-        nominal: &model,
         train: &train,
         holdout: None,
         recording: Path::new(NAME),

@@ -1,7 +1,9 @@
 //! What a fitted model is worth on samples that it has not seen.
 
+use crate::control_loop::Loop;
+
 use super::fit::{Effort, Fit, mean_square};
-use super::model::{Model, Target};
+use super::model::Model;
 use super::signals::Signals;
 use super::whiten::Whitener;
 
@@ -31,16 +33,27 @@ pub fn residual(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec
     Some(started.residual)
 }
 
+/// y as the loop's plant makes it of the recorded u, from the start that fits best.
+pub fn free_run(model: &Loop, signals: &Signals) -> Option<Vec<f64>> {
+    let started = Fit::start(&only_start(model, signals), signals, &Whitener::none())?;
+    let fit = if started.model.free.is_empty() { started } else { started.search(signals, Effort::LOOK) };
+    fit.model.predict(&fit.model.x, signals)
+}
+
 /// The model with everything but the starting state fixed at its point.
 fn start_only(model: &Model, holdout: &Signals) -> Option<Model> {
     let (fitted, _) = model.loop_at(&model.x)?;
-    let mut states = Model::refit(&fitted, holdout);
-    let keep: Vec<bool> = states.free.iter().map(|f| matches!(f.target, Target::State(_))).collect();
+    Some(only_start(&fitted, holdout))
+}
+
+fn only_start(model: &Loop, signals: &Signals) -> Model {
+    let mut states = Model::refit(model, signals);
+    let keep: Vec<bool> = states.free.iter().map(|f| f.target.is_start()).collect();
     let mut flags = keep.iter();
     states.free.retain(|_| flags.next().copied().unwrap_or(false));
     let mut flags = keep.iter();
     states.x.retain(|_| flags.next().copied().unwrap_or(false));
-    Some(states)
+    states
 }
 
 /// Mean gain per block of one model over another, and how many standard errors the gain is above none. The errors are

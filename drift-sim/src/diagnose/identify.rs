@@ -1,70 +1,252 @@
 //! `kind = "identify"`: a linear plant is fitted first, so that an export without any model can be diagnosed.
 //!
-//! `T dy/dt = offset + K u(t - delay) - y`. Given T and the dead time, K and the offset follow by least squares on the simulated output; the
-//! best points of a grid over both are searched on (output error), and what is taken is the best on the last third, which no fit
-//! has seen. One-step regressions (ARX) were tried: a hidden limit of the actuator makes them unstable. One time constant alone is tried: higher orders need an offset that the other plants don't have.
+//! Candidates are a lag, two lags (their poles may become complex), an integrator, and an integrator with a lag, each with a dead time
+//! and a constant drive, each with and without a limit at the actuator: a recorded u that was taken before a hidden limit spoils
+//! every linear fit, so that plant and limit have to be found together. Starting points come from a grid of lags, dead times and limits
+//! ([`LinearShape`]); the best are searched on by output error. What is taken is the simplest that predicts parts of y that no
+//! fit has seen, each third in turn, within one standard error of the best (Breiman's rule). The limit is not part of the plant: it is
+//! handed on, for the diagnosis to prove. One-step regressions (ARX) were tried: a hidden limit makes them unstable.
 
-use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use crate::control_loop::Loop;
-use crate::plant::{FirstOrder, Plant};
+use crate::physics::Term;
+use crate::plant::Plant;
 use crate::{Error, Result};
 
-use super::fit::{Effort, Fit};
+use super::fit::{Effort, Fit, mean_square};
+use super::holdout;
+use super::linear_shape::LinearShape;
 use super::model::Model;
 use super::signals::{Signals, deviation};
 use super::whiten::Whitener;
 
-/// Time constants tried, from three samples to the length of the recording, evenly in their logarithm.
-const TIME_CONSTANTS: usize = 18;
+/// Time constants tried, from two samples to the length of the recording, evenly in their logarithm.
+const TIME_CONSTANTS: usize = 14;
+/// Second time constants tried, as parts of the first.
+const SECOND_LAGS: [f64; 4] = [0.8, 0.3, 0.1, 0.03];
 /// Dead times tried, in samples.
-const DELAYS: [usize; 10] = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55];
+const DELAYS: [usize; 14] = [0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233, 377];
+/// Longest of them, as a part of the recording.
+const LONGEST_DELAY: f64 = 0.04;
 /// Longest time constant that a recording can show, in its own lengths.
 const SLOWEST: f64 = 10.0;
-/// Part of y's variance on the unseen third that a plant may leave, else nothing was identified.
+/// Parts of the recording that are left out in turn.
+const PARTS: usize = 3;
+/// Contiguous blocks over which predictions are compared.
+const BLOCKS: usize = 24;
+/// How long to search from an end that is known but for a part of y.
+const AGAIN: Effort = Effort { steps: 10, enough: 1e-4 };
+/// Part of y's variance that a plant may leave where it has not seen y, else nothing was identified.
 const LEFT_OVER: f64 = 0.5;
-/// Starting points that are searched to the end.
-const SEARCHED: usize = 4;
+/// Starting points of each structure that are searched from.
+const SEARCHED: usize = 3;
+/// Times the least variance from which a structure is not followed.
+const HOPELESS: f64 = 30.0;
+/// Limits tried on either side, as parts of the way from the middle of u to its end.
+const LIMITS: [f64; 8] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.65, 0.8];
+/// Pairs of limits that are followed beyond a first look.
+const LIMITS_FOLLOWED: usize = 2;
+
+/// What was identified.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// The loop with the linear plant alone.
+    pub nominal: Loop,
+    /// The limit at the actuator with which that plant was found; none where the plant needs none.
+    pub limit: Option<Term>,
+}
+
+/// Limits of the drive; infinite where there is none.
+type Limits = (f64, f64);
+
+const NO_LIMITS: Limits = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// A candidate and what it predicts of y that it has not seen.
+struct Validated {
+    found: Loop,
+    numbers: usize,
+    blocks: Vec<f64>,
+}
 
 /// The loop with a plant fitted to the recording; `None` where its plant is known.
 ///
 /// # Errors
-/// No first-order plant explains half of y on the last third.
-pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Loop>> {
+/// No linear plant predicts half of y where it has not seen it.
+pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Identified>> {
     if model.plant != Plant::Identify {
         return Ok(None);
     }
-    let cut = 2 * signals.len() / 3;
-    let (first, last) = (signals.part(0, cut), signals.part(cut, signals.len()));
-    let shortest = 3.0 * signals.sample_time_s;
+    let mut fits: Vec<Fit> =
+        starts(signals).into_par_iter().filter_map(|group| looked(model, &group, signals)).collect();
+    let least = fits.iter().map(|fit| fit.variance).fold(f64::INFINITY, f64::min);
+    fits.retain(|fit| fit.variance < HOPELESS * least);
+    let validated: Vec<Validated> = fits
+        .into_par_iter()
+        .filter_map(|fit| validate(&fit.search(signals, Effort::FULL), signals))
+        .collect();
+    let chosen = simplest(&validated).ok_or_else(|| {
+        Error::new("no linear plant of up to second order predicts y from the recorded u: nothing can be said on such a plant")
+            .allowed("a recording in which u moves y (--healthy takes the plant from others), or a plant in the loop file")
+    })?;
+    let mut nominal = chosen.found.clone();
+    let limit = (nominal.physics.len() > model.physics.len()).then(|| nominal.physics.pop()).flatten();
+    Ok(Some(Identified { nominal, limit }))
+}
+
+/// Of the candidates the one with the fewest numbers among those that predict about as well as the best.
+fn simplest(validated: &[Validated]) -> Option<&Validated> {
+    let sum = |v: &Validated| v.blocks.iter().sum::<f64>();
+    let best = validated.iter().max_by(|a, b| sum(a).total_cmp(&sum(b)))?;
+    let near = |v: &&Validated| {
+        let (behind, error) = holdout::gain(&best.blocks, &v.blocks);
+        behind <= error
+    };
+    let fewest = validated.iter().filter(near).map(|v| v.numbers).min()?;
+    validated.iter().filter(near).filter(|v| v.numbers == fewest).max_by(|a, b| sum(a).total_cmp(&sum(b)))
+}
+
+/// The best end of short searches from these starts, over the whole recording.
+fn looked(model: &Loop, group: &[(Plant, Limits)], signals: &Signals) -> Option<Fit> {
+    let ends = group.par_iter().filter_map(|(plant, limits)| {
+        let refit = Model::refit(&Loop { plant: plant.clone(), ..model.clone() }, signals);
+        let refit = match limit_term(*limits, &signals.u) {
+            Some(limit) => refit.with_term(&limit, false, signals.duration_s()),
+            None => refit,
+        };
+        Some(Fit::start(&refit, signals, &Whitener::none())?.search(signals, Effort::LOOK))
+    });
+    ends.min_by(|a, b| a.variance.total_cmp(&b.variance))
+}
+
+/// Predicts each part of y by a fit to the others: the simulation runs through, only y is left out. The start is no number of the
+/// plant and stays as the whole recording has it: without the first part nothing would tell it.
+fn validate(fit: &Fit, signals: &Signals) -> Option<Validated> {
+    let (found, _) = fit.model.loop_at(&fit.model.x)?;
+    if matches!(&found.plant, Plant::FirstOrder(p) if p.time_constant_s > SLOWEST * signals.duration_s()) {
+        return None;
+    }
+    let length = signals.len().div_ceil(PARTS);
+    let unseen: Vec<f64> = (0..PARTS)
+        .into_par_iter()
+        .map(|part| {
+            let hidden = part * length..((part + 1) * length).min(signals.len());
+            let mut others = signals.clone();
+            others.y.get_mut(hidden.clone())?.fill(f64::NAN);
+            let held = fit.model.start_held();
+            let fitted = Fit::start(&held, &others, &Whitener::none())?.search(&others, AGAIN);
+            let residual = fitted.model.residual(&fitted.model.x, signals)?;
+            Some(residual.get(hidden)?.to_vec())
+        })
+        .collect::<Option<Vec<_>>>()?
+        .concat();
+    let spread = deviation(&signals.y);
+    (mean_square(&unseen) < LEFT_OVER * spread * spread).then(|| Validated {
+        found,
+        numbers: fit.model.physical(),
+        blocks: unseen.chunks(unseen.len().div_ceil(BLOCKS)).map(likelihood).collect(),
+    })
+}
+
+/// Log-likelihood of a block, its noise's size being free.
+fn likelihood(block: &[f64]) -> f64 {
+    -0.5 * block.len() as f64 * libm::log(mean_square(block).max(1e-300))
+}
+
+/// The limit as a term; a side without one is put beyond all of u.
+fn limit_term((lower, upper): Limits, u: &[f64]) -> Option<Term> {
+    let (lowest, highest) = range(u)?;
+    if lower < lowest && upper > highest {
+        return None;
+    }
+    let beyond = highest - lowest;
+    let lower = if lower < lowest { lowest - beyond } else { lower };
+    let upper = if upper > highest { highest + beyond } else { upper };
+    Term::new("saturation", &[("lower", lower), ("upper", upper)]).ok()
+}
+
+fn range(u: &[f64]) -> Option<(f64, f64)> {
+    let (lowest, highest) =
+        u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+    (lowest < highest).then_some((lowest, highest))
+}
+
+/// Starting points: for each structure, without limits and with the most promising ones, the best of a grid.
+fn starts(signals: &Signals) -> Vec<Vec<(Plant, Limits)>> {
+    let lags = lags(signals);
+    let delays: Vec<usize> =
+        DELAYS.into_iter().filter(|delay| *delay as f64 <= LONGEST_DELAY * signals.len() as f64).collect();
+    let coarse: Vec<LinearShape> = (lags.iter().step_by(2))
+        .flat_map(|lag| delays.iter().step_by(2).map(|delay| shape(&[*lag], false, *delay)))
+        .collect();
+    let mut limits: Vec<(f64, Limits)> = (limit_pairs(&signals.u).into_par_iter())
+        .filter_map(|limits| Some((best(&coarse, signals, limits, 1).first()?.0, limits)))
+        .collect();
+    limits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let followed = limits.into_iter().take(LIMITS_FOLLOWED).map(|(_, limits)| limits);
+    let structures = structures(&lags, &delays);
+    let tried: Vec<(&Vec<LinearShape>, Limits)> = std::iter::once(NO_LIMITS)
+        .chain(followed)
+        .flat_map(|limits| structures.iter().map(move |shapes| (shapes, limits)))
+        .collect();
+    tried
+        .into_par_iter()
+        .map(|(shapes, limits)| {
+            let best = best(shapes, signals, limits, SEARCHED);
+            best.into_iter().map(|(_, plant)| (plant, limits)).collect()
+        })
+        .collect()
+}
+
+/// The best shapes under these limits, with what they leave.
+fn best(shapes: &[LinearShape], signals: &Signals, limits: Limits, most: usize) -> Vec<(f64, Plant)> {
+    let v: Vec<f64> = signals.u.iter().map(|u| u.max(limits.0).min(limits.1)).collect();
+    let mut fits: Vec<(f64, Plant)> = shapes
+        .par_iter()
+        .filter_map(|shape| shape.fit(signals, &v).map(|fit| (fit.variance, fit.plant)))
+        .filter(|(variance, _)| variance.is_finite())
+        .collect();
+    fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fits.truncate(most);
+    fits
+}
+
+fn shape(lags_s: &[f64], integrates: bool, delay: usize) -> LinearShape {
+    LinearShape { lags_s: lags_s.to_vec(), integrates, delay }
+}
+
+fn lags(signals: &Signals) -> Vec<f64> {
+    let shortest = 2.0 * signals.sample_time_s;
     let ratio = (signals.duration_s() / shortest).max(1.0);
-    let lags: Vec<f64> = (0..TIME_CONSTANTS)
-        .map(|i| shortest * libm::pow(ratio, i as f64 / (TIME_CONSTANTS - 1) as f64))
-        .collect();
-    let mut starts: Vec<Fit> = DELAYS
+    (0..TIME_CONSTANTS).map(|i| shortest * libm::pow(ratio, i as f64 / (TIME_CONSTANTS - 1) as f64)).collect()
+}
+
+/// All shapes of a lag, of two lags, of an integrator, and of an integrator with a lag.
+fn structures(lags: &[f64], delays: &[usize]) -> [Vec<LinearShape>; 4] {
+    let with = |lags: &[f64], integrates: bool| -> Vec<LinearShape> {
+        delays.iter().map(|delay| shape(lags, integrates, *delay)).collect()
+    };
+    let one = lags.iter().flat_map(|lag| with(&[*lag], false)).collect();
+    let two = lags
         .iter()
-        .filter(|delay| **delay < first.len() / 10)
-        .flat_map(|delay| lags.iter().filter_map(|lag| lagged(&first, *lag, *delay)))
-        .filter_map(|plant| fit(model, plant, &first))
+        .flat_map(|lag| SECOND_LAGS.into_iter().flat_map(move |part| with(&[*lag, part * lag], false)))
         .collect();
-    starts.sort_by(|a, b| a.variance.total_cmp(&b.variance));
-    starts
-        .into_iter()
-        .take(SEARCHED)
-        .filter_map(|start| {
-            let fitted = start.search(&first, Effort::FULL);
-            let (found, _) = fitted.model.loop_at(&fitted.model.x)?;
-            let unseen = Fit::start(&Model::refit(&found, &last), &last, &Whitener::none())?;
-            let slow = matches!(&found.plant, Plant::FirstOrder(p) if p.time_constant_s > SLOWEST * signals.duration_s());
-            let variance = deviation(&last.y) * deviation(&last.y);
-            (!slow && unseen.variance < LEFT_OVER * variance).then_some((unseen.variance, found))
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, found)| Some(found))
-        .ok_or_else(|| {
-            Error::new("no linear plant of first order follows the recorded u on its last third: nothing can be said on such a plant")
-                .allowed("a recording in which u moves y and reaches the plant unchanged (--healthy), or a plant in the loop file")
-        })
+    let lagged = lags.iter().flat_map(|lag| with(&[*lag], true)).collect();
+    [one, two, with(&[], true), lagged]
+}
+
+/// Pairs of limits within u's range, at least one of them there.
+fn limit_pairs(u: &[f64]) -> Vec<Limits> {
+    let Some((lowest, highest)) = range(u) else { return Vec::new() };
+    let mut sorted = u.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(0.5 * (lowest + highest));
+    let side = |end: f64, none: f64| -> Vec<f64> {
+        LIMITS.iter().map(|part| middle + part * (end - middle)).chain([none]).collect()
+    };
+    let (lower, upper) = (side(lowest, NO_LIMITS.0), side(highest, NO_LIMITS.1));
+    let pairs = lower.iter().flat_map(|low| upper.iter().map(move |high| (*low, *high)));
+    pairs.filter(|limits| *limits != NO_LIMITS && limits.0 < limits.1).collect()
 }
 
 /// The loop with its numbers from healthy recordings: each is fitted by itself, the median of every number is taken.
@@ -72,24 +254,29 @@ pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Loop>> {
 /// # Errors
 /// The model follows none of them.
 pub fn from_healthy(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
+    let Some(longest) = healthy.iter().max_by_key(|signals| signals.len()) else { return Ok(model.clone()) };
+    // One structure for all: that of the longest recording.
+    let identified = plant(model, longest)?.map(|found| found.nominal);
+    let start = identified.unwrap_or_else(|| model.clone());
     let fitted: Vec<Loop> = healthy
-        .iter()
+        .par_iter()
         .map(|signals| {
-            let identified = plant(model, signals)?;
-            let start = Model::refit(identified.as_ref().unwrap_or(model), signals);
+            let start = Model::refit(&start, signals);
             let lost = || Error::new("the model can't follow the u of a healthy recording: it diverges");
             let fit = Fit::start(&start, signals, &Whitener::none()).ok_or_else(lost)?;
             let fit = fit.search(signals, Effort::FULL).settle(signals, Effort::FULL);
             fit.model.loop_at(&fit.model.x).map(|found| found.0).ok_or_else(lost)
         })
         .collect::<Result<_>>()?;
-    let Some(first) = fitted.first() else { return Ok(model.clone()) };
-    let numbers: Vec<Vec<f64>> = fitted
-        .iter()
-        .map(|found| {
-            super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect()
-        })
-        .collect();
+    let numbers = |found: &Loop| -> Vec<f64> {
+        super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect()
+    };
+    // A dead time that went to nothing is no number any more.
+    let Some(first) = fitted.iter().max_by_key(|found| numbers(found).len()) else {
+        return Ok(model.clone());
+    };
+    let all = numbers(first).len();
+    let numbers: Vec<Vec<f64>> = fitted.iter().map(numbers).filter(|row| row.len() == all).collect();
     let median = |i: usize| {
         let mut values: Vec<f64> = numbers.iter().filter_map(|row| row.get(i).copied()).collect();
         values.sort_by(f64::total_cmp);
@@ -100,61 +287,5 @@ pub fn from_healthy(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
     Ok(Loop { plant, ..first.clone() })
 }
 
-fn fit(model: &Loop, plant: FirstOrder, signals: &Signals) -> Option<Fit> {
-    let candidate = Loop { plant: Plant::FirstOrder(plant), ..model.clone() };
-    Fit::start(&Model::refit(&candidate, signals), signals, &Whitener::none())
-}
-
-/// Gain and offset by least squares for a time constant and a dead time: y is linear in both once u is lagged. `None` where
-/// u does not move y.
-fn lagged(signals: &Signals, time_constant_s: f64, delay: usize) -> Option<FirstOrder> {
-    let keep = libm::exp(-signals.sample_time_s / time_constant_s);
-    let (y_scale, u_scale) = (deviation(&signals.y).max(1e-300), deviation(&signals.u).max(1e-300));
-    let (y0, u0) = (*signals.y.iter().find(|y| y.is_finite())?, *signals.u.first()?);
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    let (mut lag, mut start) = (0.0, 1.0);
-    for (n, y) in signals.y.iter().enumerate() {
-        let row = Vector3::new(lag, 1.0, start);
-        if y.is_finite() {
-            normal += row * row.transpose();
-            right += row * ((y - y0) / y_scale);
-        }
-        let u = n.checked_sub(delay).and_then(|at| signals.u.get(at)).unwrap_or(&u0);
-        lag = keep * lag + (1.0 - keep) * (u - u0) / u_scale;
-        start *= keep;
-    }
-    let solved = normal.lu().solve(&right)?;
-    let gain = solved[0] * y_scale / u_scale;
-    let plant = FirstOrder {
-        gain,
-        time_constant_s,
-        delay_s: delay as f64 * signals.sample_time_s,
-        offset: y0 + solved[1] * y_scale - gain * u0,
-    };
-    (gain != 0.0 && gain.is_finite() && plant.offset.is_finite()).then_some(plant)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::controller::Controller;
-
-    /// A lag of 12 s with 0.8 s of dead time, driven by steps of u: its own numbers come back.
-    #[test]
-    fn a_lag_with_dead_time_is_identified() {
-        let truth = FirstOrder { gain: 0.7, time_constant_s: 12.0, delay_s: 0.8, offset: 20.0 };
-        let nominal = Loop { sample_time_s: 0.1, controller: Controller::Recorded, ..Loop::paper() };
-        let real = Loop { plant: Plant::FirstOrder(truth), ..nominal.clone() };
-        let u: Vec<f64> = (0..6000).map(|i| if (i / 700) % 2 == 0 { 10.0 } else { 30.0 }).collect();
-        let y = crate::simulate::replay(&real, &u, &[], 0, None).unwrap().y;
-        let r = y.clone();
-        let signals =
-            Signals { sample_time_s: 0.1, start_s: 0.0, origin_s: 0.0, r, y, u, inputs: Vec::new() };
-        let unknown = Loop { plant: Plant::Identify, ..nominal };
-        let Plant::FirstOrder(found) = plant(&unknown, &signals).unwrap().unwrap().plant else { panic!() };
-        assert!((found.gain - 0.7).abs() < 0.01, "{found:?}");
-        assert!((found.time_constant_s - 12.0).abs() < 0.2, "{found:?}");
-        assert!((found.delay_s - 0.8).abs() < 0.1, "{found:?}");
-        assert!((found.offset - 20.0).abs() < 0.2, "{found:?}");
-    }
-}
+mod tests;

@@ -2,6 +2,7 @@
 //! state in which the recording begins. A point x is turned into a loop that the simulator runs.
 
 use crate::control_loop::Loop;
+use crate::controller::Controller;
 use crate::physics::{Range, Term};
 use crate::plant::{Output, Plant};
 use crate::simulate::{SUBSTEPS, Simulation, Start};
@@ -26,6 +27,15 @@ pub enum Target {
     Onset(usize),
     /// A state at the first sample.
     State(usize),
+    /// The u that was held before the first sample and is still in the dead time.
+    Before,
+}
+
+impl Target {
+    /// Whether it is of one recording alone, not of the loop.
+    pub fn is_start(self) -> bool {
+        matches!(self, Self::State(_) | Self::Before)
+    }
 }
 
 /// One free parameter.
@@ -94,6 +104,9 @@ pub fn plant_numbers(plant: &Plant) -> Vec<(String, f64, Range)> {
             if p.delay_s > 0.0 {
                 numbers.push(own("delay_s", p.delay_s, Range::NotNegative));
             }
+            if p.offset != 0.0 {
+                numbers.push(own("offset", p.offset, Range::Any));
+            }
             numbers
         }
         Plant::Tank(p) => {
@@ -156,6 +169,9 @@ pub fn with_plant_numbers(plant: &Plant, values: &[f64]) -> Plant {
             if p.delay_s > 0.0 {
                 set(&mut p.delay_s);
             }
+            if p.offset != 0.0 {
+                set(&mut p.offset);
+            }
         }
         Plant::Tank(p) => {
             set(&mut p.inflow_gain);
@@ -184,6 +200,7 @@ impl Model {
                 (_, Plant::FirstOrder(p)) if name == "plant.delay_s" => {
                     p.delay_s.max(nominal.sample_time_s).max(0.05 * p.time_constant_s)
                 }
+                (_, Plant::TransferFunction(_)) if name == "plant.offset" => deviation(&signals.u),
                 (true, _) => value.abs(),
                 (false, _) => 1.0,
             };
@@ -203,6 +220,13 @@ impl Model {
             }
         }
         model.start.state = Some(state);
+        // A known law tells what it held; of an unknown one only the dead time's echo does.
+        if nominal.controller == Controller::Recorded && nominal.plant.delay_s() >= nominal.sample_time_s {
+            let scale = deviation(&signals.u).max(1e-12);
+            let free = Free { target: Target::Before, name: "u before".into(), range: Range::Any, scale };
+            let held = model.start.u;
+            model.push(free, held);
+        }
         model
     }
 
@@ -291,11 +315,23 @@ impl Model {
                 let mut free = free.clone();
                 match &mut free.target {
                     Target::Term { term, .. } | Target::Onset(term) => *term = earlier(*term),
-                    Target::Plant(_) | Target::State(_) => {}
+                    Target::Plant(_) | Target::State(_) | Target::Before => {}
                 }
                 (free, *x)
             })
             .unzip();
+        model
+    }
+
+    /// The same with the start held at where it is.
+    #[must_use]
+    pub fn start_held(&self) -> Self {
+        let mut model = self.clone();
+        if let Some((_, start)) = self.loop_at(&self.x) {
+            model.start = start;
+            let kept = self.free.iter().zip(&self.x).filter(|(free, _)| !free.target.is_start());
+            (model.free, model.x) = kept.map(|(free, x)| (free.clone(), *x)).unzip();
+        }
         model
     }
 
@@ -318,7 +354,7 @@ impl Model {
                     model.nominal.plant = with_plant_numbers(&self.nominal.plant, &numbers);
                 }
                 Target::Term { .. } | Target::Onset(_) => model.nominal.physics = point.physics,
-                Target::State(_) => return model,
+                Target::State(_) | Target::Before => return model,
             }
             model.free.remove(at);
             model.x.remove(at);
@@ -328,7 +364,7 @@ impl Model {
 
     /// Number of free parameters without those of the starting state.
     pub fn physical(&self) -> usize {
-        let numbers = self.free.iter().filter(|f| !matches!(f.target, Target::State(_))).count();
+        let numbers = self.free.iter().filter(|f| !f.target.is_start()).count();
         // Each edge of a span is a number that was found as well.
         numbers + self.nominal.physics.iter().map(|term| 2 * term.spans.len()).sum::<usize>()
     }
@@ -349,6 +385,7 @@ impl Model {
                     *model.physics.get_mut(term)?.parameters.get_mut(parameter)? = *value;
                 }
                 Target::Onset(term) => model.physics.get_mut(term)?.onset_s = *value,
+                Target::Before => start.u = *value,
                 Target::State(i) => *start.state.as_mut()?.get_mut(i)? = *value,
             }
         }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::control_loop::Loop;
 use crate::physics::{self, Place, UnitNames};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
@@ -19,8 +18,6 @@ const TIME: &str = "time";
 /// What was diagnosed, and what the page calls it.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
-    /// The loop as it was diagnosed.
-    pub nominal: &'a Loop,
     /// The recording that the numbers come from.
     pub train: &'a Signals,
     /// The second recording, where there is one.
@@ -37,7 +34,7 @@ pub struct Case<'a> {
 
 /// The whole page; `command` is the command line.
 pub fn page(found: &Diagnosis, case: &Case<'_>, command: String) -> Page {
-    let writing = Writing { found, case, units: case.nominal.unit_names() };
+    let writing = Writing { found, case, units: found.nominal.unit_names() };
     let name = case.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut sections = vec![writing.physics(), writing.fits(), writing.runs()];
     sections.extend(writing.drive());
@@ -330,8 +327,8 @@ impl Writing<'_> {
             ),
             axis: Some(axis.into()),
         };
-        let (position, speed) = features::motion(self.case.nominal, train);
-        let servo = matches!(self.case.nominal.plant, crate::plant::Plant::Servo(_));
+        let (position, speed) = features::motion(&self.found.nominal, train);
+        let servo = matches!(self.found.nominal.plant, crate::plant::Plant::Servo(_));
         let (x, v) = if servo { ("position", "speed") } else { ("level of y", "rate of y") };
         let left = left.map(|l| l.value.as_slice());
         let cloud = Cloud { missing: &missing.value, left, label: &label, y_range };

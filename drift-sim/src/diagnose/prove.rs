@@ -2,8 +2,9 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::simulate::{Start, Trace, replay, simulate};
+use crate::simulate::{Start, Trace, simulate};
 
+use super::holdout;
 use super::part_time;
 use super::signals::{Signals, deviation};
 
@@ -20,13 +21,14 @@ pub struct FitPct {
 const BLOCKS: usize = 16;
 
 /// Runs a loop over the recording's reference from the recording's own start. With an unknown control law the recorded u
-/// drives the plant instead. `None` where it diverges.
+/// drives the plant instead, from the start that fits best and without noise. `None` where it diverges.
 pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
+    if model.controller == Controller::Recorded {
+        let y = holdout::free_run(model, signals)?;
+        return Some(Trace { true_y: y.clone(), y, u: signals.u.clone() });
+    }
     let model = &part_time::of(model.clone(), signals.origin_s);
     let start = Start::from_recording(model, &signals.r, &signals.y, &signals.u);
-    if model.controller == Controller::Recorded {
-        return replay(model, &signals.u, &signals.inputs, seed, Some(&start)).ok();
-    }
     simulate(model, &signals.r, &signals.inputs, seed, Some(&start)).ok()
 }
 

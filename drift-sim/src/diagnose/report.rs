@@ -2,14 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::control_loop::Loop;
-
 use super::prove::FitPct;
 use super::{Diagnosis, Fits, Named};
 
 /// The whole document; `model` is where the improved loop was written.
-pub fn json(diagnosis: &Diagnosis, nominal: &Loop, model: Option<&str>) -> Value {
-    let units = nominal.unit_names();
+pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
+    let units = diagnosis.nominal.unit_names();
     let onset = diagnosis.physics.first().map(|p| p.term.onset_s).filter(|t| *t > 0.0);
     let physics: Vec<Value> = diagnosis.physics.iter().map(|named| named_json(named, &units)).collect();
     let rows = |rows: &[super::Rejected]| -> Vec<Value> {

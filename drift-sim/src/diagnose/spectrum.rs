@@ -2,14 +2,14 @@
 
 use realfft::RealFftPlanner;
 
-/// Frequencies (cycles per sample) and amplitudes of the strongest separate peaks, strongest first.
-pub fn peaks(signal: &[f64], most: usize) -> Vec<(f64, f64)> {
+/// Amplitudes of the signal less its mean under a Hann window (against leakage of slow motion), zero-padded for a finer grid; none
+/// for less than 16 samples.
+fn windowed(signal: &[f64]) -> Vec<f64> {
     let n = signal.len();
     if n < 16 {
         return Vec::new();
     }
     let mean = signal.iter().sum::<f64>() / n as f64;
-    // Zero-padded for a finer grid; a Hann window against leakage of slow motion.
     let length = (2 * n).next_power_of_two();
     let mut padded: Vec<f64> = signal
         .iter()
@@ -25,7 +25,27 @@ pub fn peaks(signal: &[f64], most: usize) -> Vec<(f64, f64)> {
     if transform.process(&mut padded, &mut spectrum).is_err() {
         return Vec::new();
     }
-    let size: Vec<f64> = spectrum.iter().map(|c| c.norm() * 4.0 / n as f64).collect();
+    spectrum.iter().map(|c| c.norm() * 4.0 / n as f64).collect()
+}
+
+/// The strongest frequency (cycles over the whole signal) and the share of the signal's power within four cycles of it: a share
+/// near one is a sine.
+pub fn dominant(signal: &[f64]) -> Option<(f64, f64)> {
+    let n = signal.len();
+    let size = windowed(signal);
+    let per_cycle = 2.0 * size.len() as f64 / n as f64;
+    let power = |from: usize, to: usize| size.iter().take(to).skip(from).map(|s| s * s).sum::<f64>();
+    let (at, _) = size.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let width = (4.0 * per_cycle) as usize;
+    let whole = power(0, size.len());
+    (whole > 0.0).then(|| (at as f64 / per_cycle, power(at.saturating_sub(width), at + width + 1) / whole))
+}
+
+/// Frequencies (cycles per sample) and amplitudes of the strongest separate peaks, strongest first.
+pub fn peaks(signal: &[f64], most: usize) -> Vec<(f64, f64)> {
+    let n = signal.len();
+    let size = windowed(signal);
+    let length = 2 * size.len().saturating_sub(1);
     let mut found: Vec<(f64, f64)> = size
         .windows(3)
         .enumerate()
@@ -80,6 +100,18 @@ pub fn periods(position: &[f64], signal: &[f64], most: usize) -> Vec<(f64, f64)>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sine_has_its_power_in_one_frequency_and_a_rectangle_has_not() {
+        let sine: Vec<f64> =
+            (0..1000).map(|i| libm::sin(std::f64::consts::TAU * f64::from(i) / 50.0)).collect();
+        let (cycles, share) = dominant(&sine).unwrap();
+        assert!((cycles - 20.0).abs() < 0.5 && share > 0.99, "{cycles} {share}");
+        // The first harmonic of a rectangle carries 8/pi^2 of its power.
+        let rectangle: Vec<f64> = sine.iter().map(|x| x.signum()).collect();
+        let (_, share) = dominant(&rectangle).unwrap();
+        assert!((share - 0.81).abs() < 0.02, "{share}");
+    }
 
     #[test]
     fn a_sine_is_found_with_its_frequency_and_amplitude() {

@@ -1,6 +1,8 @@
 //! The noise model: an autoregression of the residual. What is left after it is white, so that likelihoods and
 //! intervals hold although the residual itself is coloured.
 
+use nalgebra::{DMatrix, DVector};
+
 /// An autoregressive filter `w[n] = e[n] - sum a[i] e[n-1-i]`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Whitener {
@@ -54,6 +56,20 @@ impl Whitener {
             }
         }
         Self { coefficients: best }
+    }
+
+    /// Of this order, by least squares: unlike Levinson's recursion it is not misled by a residual that is far from zero at its ends (a
+    /// drift, steps). No filter where that has no solution.
+    pub fn least_squares(residual: &[f64], order: usize) -> Self {
+        let (mut normal, mut right) = (DMatrix::<f64>::zeros(order, order), DVector::<f64>::zeros(order));
+        for window in residual.windows(order + 1) {
+            let Some((now, past)) = window.split_last() else { continue };
+            let past = DVector::from_iterator(order, past.iter().rev().copied());
+            normal.ger(1.0, &past, &past, 1.0);
+            right.axpy(*now, &past, 1.0);
+        }
+        let solved = normal.cholesky().map(|factor| factor.solve(&right));
+        Self { coefficients: solved.map(|a| a.iter().copied().collect()).unwrap_or_default() }
     }
 
     /// The filtered residual, without the first samples that lack a past.
@@ -131,6 +147,17 @@ mod tests {
         assert!((whitener.coefficients[0] - 0.8).abs() < 0.03, "{whitener:?}");
         assert!((autocovariance(&white, 1) / autocovariance(&white, 0)).abs() < 0.02);
         assert!((autocovariance(&white, 0) - 1.0).abs() < 0.05);
+    }
+
+    /// The same coefficient far from zero at both ends, where Levinson's recursion sees more correlation than there is.
+    #[test]
+    fn least_squares_are_not_misled_by_a_drift() {
+        let mut x = ar1(0.5, 4000);
+        x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.01 * i as f64);
+        let whitener = Whitener::least_squares(&x, 2);
+        let white = whitener.apply(&x);
+        let left = autocovariance(&white, 0);
+        assert!(left < 1.4 && left < 0.9 * autocovariance(&Whitener::of(&x).apply(&x), 0), "{left}");
     }
 
     /// Closed form for AR(1): N (1 - phi)/(1 + phi).

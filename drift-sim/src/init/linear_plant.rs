@@ -319,7 +319,7 @@ impl Fit {
                 (Plant::FirstOrder(plant), None, format!("one lag of {} s{behind}", round(t)))
             }
             Shape::Integrator => {
-                let plant = TransferFunction { num: vec![gain], den: vec![1.0, 0.0], delay_s };
+                let plant = TransferFunction { num: vec![gain], den: vec![1.0, 0.0], delay_s, offset: 0.0 };
                 let says = format!("an integrator{behind}");
                 (Plant::TransferFunction(plant), load(-self.offset / self.gain), says)
             }
@@ -333,7 +333,7 @@ impl Fit {
             }
             Shape::TwoLags(slow, fast) => {
                 let den = vec![round(slow * fast), round(slow + fast), 1.0];
-                let plant = TransferFunction { num: vec![gain], den, delay_s };
+                let plant = TransferFunction { num: vec![gain], den, delay_s, offset: 0.0 };
                 let says = format!("two lags of {} s and {} s{behind}", round(slow), round(fast));
                 (Plant::TransferFunction(plant), load(-self.offset / self.gain), says)
             }

@@ -221,7 +221,7 @@ fn read_state_space(section: &Section) -> Result<Plant> {
 }
 
 fn read_transfer_function(section: &Section) -> Result<Plant> {
-    section.only(&["kind", "num", "den", "delay_s"])?;
+    section.only(&["kind", "num", "den", "delay_s", "offset"])?;
     let (num, den) = (section.vector("num")?, section.vector("den")?);
     let delay_s = section.optional_number("delay_s", Range::NotNegative)?.unwrap_or(0.0);
     if den.first().is_none_or(|lead| *lead == 0.0) || den.len() > MOST_STATES + 1 || den.len() < 2 {
@@ -232,14 +232,15 @@ fn read_transfer_function(section: &Section) -> Result<Plant> {
     if num.len() > den.len() {
         return Err(section.refuse("num", "num is longer than den", "a degree not above that of den"));
     }
-    Ok(Plant::TransferFunction(TransferFunction { num, den, delay_s }))
+    let offset = section.optional_number("offset", Range::Any)?.unwrap_or(0.0);
+    Ok(Plant::TransferFunction(TransferFunction { num, den, delay_s, offset }))
 }
 
 fn read_term(section: &Section) -> Result<Term> {
     let name = section.text("kind")?;
     let kind = Kind::named(&name).map_err(|error| error.at_line(section.line_of("kind")))?;
     let own = kind.parameters.iter().map(|parameter| parameter.name);
-    let spans: &[&str] = if kind.name == "injected_signal" { &["spans"] } else { &[] };
+    let spans: &[&str] = if kind.takes_spans() { &["spans"] } else { &[] };
     let keys: Vec<&str> =
         ["kind"].into_iter().chain(own).chain(["onset_s"]).chain(spans.iter().copied()).collect();
     section.only(&keys)?;

@@ -144,6 +144,9 @@ fn write_plant(out: &mut Text, plant: &Plant) {
             out.list("num", &p.num);
             out.list("den", &p.den);
             out.number("delay_s", p.delay_s);
+            if p.offset != 0.0 {
+                out.number("offset", p.offset);
+            }
         }
         Plant::Tank(p) => {
             out.number("area", p.area);

@@ -47,6 +47,7 @@ mod viscous_friction;
 
 pub use effect::{Context, Effect, Hook, Motion, Numbers};
 pub use signature::Signature;
+pub use stiction::stem;
 pub use units::{UnitNames, Units, shown};
 
 use crate::plant::Plant;
@@ -222,6 +223,11 @@ impl Kind {
             .ok_or_else(|| Error::new(format!("unknown physics kind '{name}'")).allowed(names()))
     }
 
+    /// Whether it may act within spans alone: `injected_signal` always does, `sensor_bias` can.
+    pub fn takes_spans(&self) -> bool {
+        ["injected_signal", "sensor_bias"].contains(&self.name)
+    }
+
     /// The names of its parameters, for messages.
     pub fn parameter_names(&self) -> String {
         self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
@@ -249,7 +255,7 @@ pub struct Term {
     pub parameters: Vec<f64>,
     /// When it begins, in seconds from the start; it acts from the first sample at or after this.
     pub onset_s: f64,
-    /// When it acts, as pairs (from, to) in seconds; only `injected_signal` has them, and needs at least one.
+    /// When it acts, as pairs (from, to) in seconds; `injected_signal` needs at least one, `sensor_bias` may have them.
     pub spans: Vec<(f64, f64)>,
 }
 

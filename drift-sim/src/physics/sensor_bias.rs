@@ -1,4 +1,4 @@
-//! A sensor that is off by a constant: `bias` is added to y.
+//! A sensor that is off by a constant: `bias` is added to y, from the onset on or within the term's spans.
 
 use super::signature::singles;
 use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
@@ -10,7 +10,7 @@ pub(super) static KIND: Kind = Kind {
     parameters: &[Parameter { name: "bias", unit: "{y}", range: Range::Any }],
     applies: every_plant,
     consistent: any_values,
-    effect: |p, _| Box::new(SensorBias { bias: p[0] }),
+    effect: |p, context| Box::new(SensorBias { bias: p[0], spans: context.spans.to_vec() }),
     starts: |s| singles(Signature::or_both_signs(s.y_shift, s.y_scale)),
     excitation: "The onset within the recording, or a plant that does not integrate.",
     ties: &["load_step", "sensor_drift"],
@@ -21,6 +21,8 @@ pub(super) static KIND: Kind = Kind {
 #[derive(Clone)]
 struct SensorBias {
     bias: f64,
+    /// Empty: all the time.
+    spans: Vec<(f64, f64)>,
 }
 
 impl Effect for SensorBias {
@@ -28,8 +30,9 @@ impl Effect for SensorBias {
         &[Hook::Sensor]
     }
 
-    fn sensor(&mut self, _: f64, y: f64) -> f64 {
-        y + self.bias
+    fn sensor(&mut self, t: f64, y: f64) -> f64 {
+        let within = self.spans.is_empty() || self.spans.iter().any(|(from, to)| (*from..*to).contains(&t));
+        if within { y + self.bias } else { y }
     }
 
     fn copy(&self) -> Box<dyn Effect> {

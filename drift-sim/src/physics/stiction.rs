@@ -41,6 +41,12 @@ struct Stiction {
     stem: Option<f64>,
 }
 
+/// Where the stem is under each u; it begins at the first.
+pub fn stem(u: &[f64], stick_band: f64, slip_jump: f64) -> Vec<f64> {
+    let mut valve = Stiction { stick_band, rest: stick_band - slip_jump, stem: None };
+    u.iter().map(|u| valve.actuator(0.0, *u)).collect()
+}
+
 impl Effect for Stiction {
     fn hooks(&self) -> &'static [Hook] {
         &[Hook::Actuator]

@@ -66,6 +66,7 @@ impl Plant {
     pub fn drive_offset(&self) -> f64 {
         match self {
             Self::FirstOrder(p) => p.offset,
+            Self::TransferFunction(p) => p.offset,
             _ => 0.0,
         }
     }

@@ -1,4 +1,5 @@
-//! A transfer function `num(s)/den(s)*exp(-delay_s*s)`, coefficients from the highest power of s down.
+//! A transfer function `num(s)/den(s)*exp(-delay_s*s)` from `u + offset` to y, coefficients from the highest power of s
+//! down.
 
 use super::StateSpace;
 
@@ -11,6 +12,8 @@ pub struct TransferFunction {
     pub den: Vec<f64>,
     /// Dead time in seconds, >= 0.
     pub delay_s: f64,
+    /// Drive at u = 0, in the unit of u: what u must be less of this for the plant to rest at y = 0.
+    pub offset: f64,
 }
 
 impl TransferFunction {

@@ -68,6 +68,7 @@ mod tests {
             num: vec![3.0],
             den: vec![1.0, 0.0, 0.0],
             delay_s: 0.0,
+            offset: 0.0,
         });
         let plant = plant.linear().unwrap().unwrap();
         let held = discretise(&plant, 0.1).unwrap();
@@ -83,7 +84,8 @@ mod tests {
     /// (2 s^2 + 1)/(s^2 + 3 s + 5) at s = 0 and at infinity.
     #[test]
     fn a_proper_transfer_function_keeps_its_gain_and_feedthrough() {
-        let plant = TransferFunction { num: vec![2.0, 0.0, 1.0], den: vec![1.0, 3.0, 5.0], delay_s: 0.0 };
+        let (num, den) = (vec![2.0, 0.0, 1.0], vec![1.0, 3.0, 5.0]);
+        let plant = TransferFunction { num, den, delay_s: 0.0, offset: 0.0 };
         let plant = plant.state_space();
         assert_eq!(plant.d, 2.0);
         let a = DMatrix::from_fn(2, 2, |row, column| plant.a[row][column]);

@@ -163,8 +163,10 @@ impl Simulation {
         for (slot, value) in self.body.state_mut().iter_mut().zip(&state) {
             *slot = *value;
         }
-        self.line.fill(start.u);
-        self.held_drive = self.drive_gain * start.u + self.drive_offset;
+        // What was held has passed the actuator: a hidden limit, say. The terms themselves begin with the first sample.
+        let held = self.terms.clone().actuator(0, 0.0, start.u);
+        self.line.fill(held);
+        self.held_drive = self.drive_gain * held + self.drive_offset;
         self.law.start(start.integrator, start.y, start.velocity, start.u);
         Ok(())
     }

@@ -67,7 +67,7 @@ fn the_same_plant_in_other_words_moves_the_same() {
     ];
     let (b, c) = (vec![0.0, 2.5, 0.0, 0.0], vec![1.0, 0.0, 0.0, 0.0]);
     let wide = Plant::StateSpace(StateSpace { a, b, c, d: 0.0 });
-    let fraction = TransferFunction { num: vec![5.0], den: vec![2.0, 3.0, 0.0], delay_s: 0.0 };
+    let fraction = TransferFunction { num: vec![5.0], den: vec![2.0, 3.0, 0.0], delay_s: 0.0, offset: 0.0 };
     let u: Vec<f64> = (0..300).map(|n| (f64::from(n) * 0.1).sin()).collect();
     let y = |plant| replay(&around(plant, 0.02), &u, &[], 0, None).unwrap().y;
     let servo = y(servo(Output::Position, 3.0));
@@ -320,7 +320,7 @@ fn the_papers_loop_is_the_plain_recursion() {
 #[test]
 fn a_start_from_equilibrium_stays_there() {
     let pi = Pi { kp: 2.0, ki: 0.1, limits: Limits::NONE, anti_windup: true };
-    let fraction = TransferFunction { num: vec![2.0], den: vec![4.0, 5.0, 1.0], delay_s: 0.7 };
+    let fraction = TransferFunction { num: vec![2.0], den: vec![4.0, 5.0, 1.0], delay_s: 0.7, offset: 0.0 };
     for (plant, y, u) in [(heater(2.3), 29.0, 10.0), (Plant::TransferFunction(fraction), 6.0, 3.0)] {
         let mut model = around(plant, 0.5);
         model.controller = Controller::Pi(pi);
@@ -399,7 +399,7 @@ fn what_can_not_be_simulated_is_refused() {
 /// in the same way from the same seed.
 #[test]
 fn every_kind_acts_on_every_plant_that_it_says() {
-    let fraction = TransferFunction { num: vec![2.0], den: vec![4.0, 5.0, 1.0], delay_s: 0.7 };
+    let fraction = TransferFunction { num: vec![2.0], den: vec![4.0, 5.0, 1.0], delay_s: 0.7, offset: 0.0 };
     let plants = [
         servo(Output::Position, 1.0),
         servo(Output::Speed, 1.0),

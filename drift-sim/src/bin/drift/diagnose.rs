@@ -56,8 +56,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
-    // The plant that is diagnosed, where the loop file leaves it open.
-    let model = identify::plant(&model, &train)?.unwrap_or(model);
     let progress = Progress::of_unknown("diagnosing");
     let found = diagnose(&train, holdout.as_ref(), &model)?;
     drop(progress);
@@ -66,7 +64,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     if let Some(path) = &arguments.report {
         let case = page::Case {
-            nominal: &model,
             train: &train,
             holdout: holdout.as_ref(),
             recording: &arguments.recording,
@@ -78,20 +75,20 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());
-        let text = serde_json::to_string_pretty(&report::json(&found, &model, name.as_deref()))
+        let text = serde_json::to_string_pretty(&report::json(&found, name.as_deref()))
             .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
         output::write_text(path, &(text + "\n"))?;
     }
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let shown = holdout.as_ref().unwrap_or(&train);
-        print!("{}{}", screen(&found, &model), sparkline::rows(&found, shown, Signs::of_locale()));
+        print!("{}{}", screen(&found), sparkline::rows(&found, shown, Signs::of_locale()));
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// One screen for people.
-fn screen(found: &Diagnosis, model: &Loop) -> String {
-    let units = model.unit_names();
+fn screen(found: &Diagnosis) -> String {
+    let units = found.nominal.unit_names();
     let mut text = format!("verdict: {}\n", found.verdict.name());
     for named in &found.physics {
         text += &format!("  {}\n", named.term.says(&units));

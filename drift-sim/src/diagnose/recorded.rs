@@ -1,0 +1,151 @@
+//! The diagnosis where the plant had to be identified or the control law is unknown.
+//!
+//! Such a plant is a guess of its own, and without a law no closed loop can be simulated. A wide search would take whatever
+//! the linear plant lacks for some physics of the library. So only few effects compete, each with a proof of its own: a hidden
+//! limit ([`identify`](super::identify)), a sticking valve ([`valve`](super::valve)), loads and sensor biases that come and go
+//! ([`spans`](super::spans)). The law being unknown, the proof is that y follows the recorded u better: of a limit on samples that were
+//! not fitted, of spans by how well the others predict each. Spans are events of their own, so they are looked for in the
+//! whole recording, and so are their sizes.
+
+use crate::{Error, Result};
+
+use super::candidates::Candidate;
+use super::fit::{Effort, Fit, mean_square};
+use super::holdout;
+use super::identify::Identified;
+use super::model::{Free, Model, Target};
+use super::select::Scored;
+use super::spans::{self, Acting};
+use super::valve::Valve;
+use super::whiten::{Whitener, effective_samples};
+use super::{Case, Diagnosis, controller_replay};
+
+/// Standard errors of its weakest span by which what comes and goes must be there.
+const LEAST_ERRORS: f64 = 4.0;
+
+fn lost() -> Error {
+    Error::new("the plant can't follow the recorded u: it diverges")
+}
+
+/// The model with the plant's numbers held, all but its offset.
+fn at_its_operating_point(model: &Model) -> Model {
+    let held = |free: &&Free| matches!(free.target, Target::Plant(_)) && free.name != "plant.offset";
+    let targets: Vec<Target> = model.free.iter().filter(held).map(|free| free.target).collect();
+    targets.into_iter().fold(model.clone(), |model, target| model.held(target))
+}
+
+impl Case<'_> {
+    /// The diagnosis with the few effects that an identified plant or an unknown law leave room for.
+    pub(super) fn run_recorded(&self, identified: Option<&Identified>) -> Result<Diagnosis> {
+        let limit = identified.and_then(|found| found.limit.as_ref());
+        let stated = Fit::start(&Model::refit(self.nominal, self.train), self.train, &Whitener::none())
+            .ok_or_else(lost)?;
+        let refit = stated.clone().search(self.train, Effort::FULL);
+        let missing = self.missing_drive(&refit);
+        let controller = controller_replay::replay(self.nominal, self.train);
+        let mut base = refit.clone();
+        let mut named: Vec<(Scored, Vec<&'static str>)> = Vec::new();
+        let mut rejected = Vec::new();
+        if let Some(scored) = limit.and_then(|limit| self.with_limit(&stated, &base, limit)) {
+            if scored.accepted() && self.matters(&base, &scored.candidate.fit) {
+                base = scored.candidate.fit.clone();
+                named.push((scored, Vec::new()));
+            } else {
+                rejected.extend(super::losers(&[scored], None));
+            }
+        }
+        // A plant from the very recording has taken up part of what comes and goes in it.
+        if identified.is_none()
+            && named.is_empty()
+            && let Some(found) = self.run_spans(&stated)?
+        {
+            return Ok(found);
+        }
+        let (refit, base) = (refit.renoised(), base.renoised());
+        self.conclude(&stated, &refit, &base, named, None, rejected, missing, controller)
+    }
+
+    /// The diagnosis with what comes and goes, over the whole recording; `None` where nothing does.
+    fn run_spans(&self, stated: &Fit) -> Result<Option<Diagnosis>> {
+        let (model, _) = stated.model.loop_at(&stated.model.x).ok_or_else(lost)?;
+        let steps = spans::steps(&model, self.whole).unwrap_or_default();
+        let acting: Vec<Acting> =
+            spans::terms(&steps, self.whole).into_iter().filter(|a| a.errors > LEAST_ERRORS).collect();
+        if acting.is_empty() {
+            return Ok(None);
+        }
+        let case = Case { train: self.whole, ..*self };
+        let stated = Fit::start(&Model::refit(self.nominal, self.whole), self.whole, &Whitener::none());
+        let stated = stated.ok_or_else(lost)?;
+        let refit = stated.clone().search(self.whole, Effort::FULL).renoised();
+        // The plant stays as stated but for its operating point: what disturbs the loop tells little of the plant.
+        let with = acting.iter().fold(at_its_operating_point(&stated.model), |model, acting| {
+            model.with_term(&acting.term, false, self.whole.duration_s())
+        });
+        let base = Fit::start(&with, self.whole, &Whitener::none()).ok_or_else(lost)?;
+        let base = base.renoised().search(self.whole, Effort::FULL).settle(self.whole, Effort::FULL);
+        let named = acting.into_iter().map(|acting| {
+            let candidate = Candidate { kind: acting.term.kind, fit: base.clone() };
+            let (train_gain, holdout_errors) = (acting.gain, acting.errors);
+            (Scored { candidate, train_gain, holdout_gain: 0.0, holdout_errors }, Vec::new())
+        });
+        let missing = case.missing_drive(&refit);
+        let controller = controller_replay::replay(self.nominal, self.whole);
+        let named = named.collect();
+        case.conclude(&stated, &refit, &base, named, None, Vec::new(), missing, controller).map(Some)
+    }
+
+    /// The diagnosis of a valve that sticks: its numbers stay as they were found, the plant's are refitted.
+    pub(super) fn run_valve(&self, valve: &Valve) -> Result<Diagnosis> {
+        let start = |model: &Model| Fit::start(model, self.train, &Whitener::none()).ok_or_else(lost);
+        let stated = start(&Model::refit(self.nominal, self.train))?;
+        let refit = stated.clone().search(self.train, Effort::FULL).renoised();
+        let term = self.nominal.physics.len();
+        let model = stated.model.with_term(&valve.term, false, self.train.duration_s());
+        let model = model.held(Target::Term { term, parameter: 0 });
+        let model = model.held(Target::Term { term, parameter: 1 });
+        let base = start(&model)?.search(self.train, Effort::FULL).renoised();
+        let candidate = Candidate { kind: valve.term.kind, fit: base.clone() };
+        let scored = self.score_free_run(&refit, candidate.clone());
+        let scored = Scored {
+            train_gain: valve.gain,
+            holdout_gain: 0.0,
+            holdout_errors: scored.map_or(f64::NAN, |scored| scored.holdout_errors),
+            candidate,
+        };
+        let missing = self.missing_drive(&refit);
+        let named = vec![(scored, valve.tied.clone())];
+        let mut found = self.conclude(&stated, &refit, &base, named, None, Vec::new(), missing, None)?;
+        if let Some(named) = found.physics.first_mut() {
+            named.half_widths.clone_from(&valve.half_widths);
+        }
+        Ok(found)
+    }
+
+    /// The limit with which the plant was identified, against the best linear plant without.
+    fn with_limit(&self, stated: &Fit, base: &Fit, limit: &crate::physics::Term) -> Option<Scored> {
+        let model = stated.model.with_term(limit, false, self.train.duration_s());
+        let fit = Fit::start(&model, self.train, &Whitener::none())?.search(self.train, Effort::FULL);
+        self.score_free_run(base, Candidate { kind: limit.kind, fit })
+    }
+
+    /// Scores a candidate by how much better its free run follows y. A noise model would not do: where the linear plant is only
+    /// about right, it takes the slow misfit for noise, and with it most of what tells the two apart. The price is fewer
+    /// independent samples: as many as the correlation of what is left allows.
+    fn score_free_run(&self, base: &Fit, candidate: Candidate) -> Option<Scored> {
+        let residuals = [&base.residual, &candidate.fit.residual];
+        let worth = residuals.map(|e| effective_samples(e)).into_iter().fold(f64::INFINITY, f64::min);
+        let ratio = mean_square(&base.residual) / mean_square(&candidate.fit.residual).max(1e-300);
+        let extra = candidate.fit.model.physical().saturating_sub(base.model.physical()) as f64;
+        let blocks = |fit: &Fit| holdout::block_likelihoods(fit, self.holdout, &Whitener::none());
+        let (with, without) = (blocks(&candidate.fit)?, blocks(base)?);
+        let (mean, error) = holdout::gain(&with, &without);
+        let share = worth / base.residual.len().max(1) as f64;
+        Some(Scored {
+            train_gain: 0.5 * (worth * libm::log(ratio) - extra * libm::log(worth.max(2.0))),
+            holdout_gain: mean * with.len() as f64 * share,
+            holdout_errors: mean / error.max(1e-300),
+            candidate,
+        })
+    }
+}

@@ -28,10 +28,10 @@ pub fn motion(model: &Loop, signals: &Signals) -> (Vec<f64>, Vec<f64>) {
     (signals.y.clone(), speed)
 }
 
-/// One signature with scales alone, then one for each peak over time and over position.
-pub fn signatures(model: &Loop, signals: &Signals, missing: Option<&MissingDrive>) -> Vec<Signature> {
-    let (position, speed) = motion(model, signals);
-    let scales = Signature {
+/// The signature that says how large the signals are, and no more.
+pub fn scales(model: &Loop, signals: &Signals) -> Signature {
+    let (_, speed) = motion(model, signals);
+    Signature {
         y_scale: deviation(&signals.y),
         u_scale: deviation(&signals.u),
         drive_scale: deviation(&signals.u) * model.plant.drive_gain().abs(),
@@ -39,7 +39,13 @@ pub fn signatures(model: &Loop, signals: &Signals, missing: Option<&MissingDrive
         sample_time_s: signals.sample_time_s,
         duration_s: signals.duration_s(),
         ..Signature::default()
-    };
+    }
+}
+
+/// One signature with scales alone, then one for each peak over time and over position.
+pub fn signatures(model: &Loop, signals: &Signals, missing: Option<&MissingDrive>) -> Vec<Signature> {
+    let (position, _) = motion(model, signals);
+    let scales = scales(model, signals);
     let mut all = vec![scales.clone()];
     if let Some(missing) = missing {
         let peaks = spectrum::peaks(&missing.value, PEAKS);

@@ -6,13 +6,18 @@
 //!   J'w over a block (a sandwich: it holds for noise that is neither white nor of constant size). The wider one counts;
 //! * the simulation's own uncertainty: by how much the parameters would move if y were sampled a quarter of a sample
 //!   (one sub-step) earlier or later, and if terms that act along the way were simulated without sub-steps. Clean recordings
-//!   are more exact than any choice of how to discretise, so this is added as an independent part.
+//!   are more exact than any choice of how to discretise, so this is added as an independent part, in a fit without
+//!   a noise model as far as the recording itself does not rule it out: each is a nuisance with that size as prior.
+//!
+//! For parameters in which the prediction jumps (gaps, bands) the likelihood itself is followed to where it has fallen by half of chi
+//! squared, the farther side counting.
 //!
 //! They hold for a model whose terms are the right ones.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
-use super::fit::Fit;
+use super::fit::{Fit, coarse};
 use super::signals::Signals;
 use super::whiten::effective_samples;
 
@@ -20,6 +25,11 @@ use super::whiten::effective_samples;
 const BLOCKS: usize = 24;
 /// Student's 97.5 % point for as many blocks less one.
 const STUDENT: f64 = 2.07;
+/// The 95 % point of chi squared of one degree of freedom.
+const CHI_SQUARED: f64 = 3.84;
+/// Steps of a profile: the smallest, as a part of the parameter, and how many, each 1.4 times the one before.
+const PROFILE_FROM: f64 = 1e-5;
+const PROFILE_STEPS: u32 = 28;
 /// Timing that is uncertain, in samples.
 const TIMING: f64 = 0.25;
 
@@ -65,6 +75,17 @@ impl Curvature {
         &self.inverse * self.scaled.tr_mul(&DVector::from_column_slice(change))
     }
 
+    /// Part of a change that may have happened, given what is left of it beside the parameters: by Bayes from a normal prior whose 95 %
+    /// point is the whole change.
+    fn left_open(&self, change: &[f64], white: &[f64], variance: f64) -> f64 {
+        let change = DVector::from_column_slice(change);
+        let beside = &change - &self.scaled * (&self.inverse * self.scaled.tr_mul(&change));
+        let seen = beside.norm_squared() / variance.max(1e-300);
+        let precision = seen + 1.96 * 1.96;
+        let mean = beside.dot(&DVector::from_column_slice(white)) / variance.max(1e-300) / precision;
+        (1.96 * libm::sqrt(mean * mean + 1.0 / precision)).min(1.0)
+    }
+
     /// Covariance from the scatter of the gradient over blocks.
     fn sandwich(&self, white: &[f64]) -> DMatrix<f64> {
         let n = self.alive.len();
@@ -88,8 +109,12 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
     let white = fit.white();
     let inflation = white.len() as f64 / effective_samples(&white);
     let sandwich = curvature.sandwich(&white);
-    let numerical: Vec<DVector<f64>> =
-        numerical_changes(fit, signals).iter().map(|change| curvature.moved_by(change)).collect();
+    let numerical: Vec<DVector<f64>> = numerical_changes(fit, signals)
+        .iter()
+        .map(|change| {
+            curvature.moved_by(change) * curvature.left_open(change, &white, fit.variance * inflation)
+        })
+        .collect();
     for (row, i) in curvature.alive.iter().enumerate() {
         if curvature.open.get(row).copied().unwrap_or(true) {
             continue;
@@ -98,6 +123,9 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
         let curved = 1.96 * libm::sqrt(fit.variance * inflation * diagonal(&curvature.inverse));
         let blocks = STUDENT * libm::sqrt(diagonal(&sandwich));
         let statistical = curved.max(blocks);
+        let profile = profile(fit, *i, &curvature, inflation, signals)
+            * curvature.lengths.get(row).copied().unwrap_or(1.0);
+        let statistical = statistical.max(profile);
         let own: f64 = numerical.iter().filter_map(|moved| moved.get(row)).map(|m| m * m).sum();
         let length = curvature.lengths.get(row).copied().unwrap_or(1.0);
         if let Some(width) = widths.get_mut(*i) {
@@ -105,6 +133,35 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
         }
     }
     widths
+}
+
+/// How far a parameter in which the prediction jumps can be moved, on the farther side, before the likelihood tells: such a
+/// likelihood is rough, and its curvature at the best point says little. The others follow by their best linear step. 0 for smooth ones.
+fn profile(fit: &Fit, index: usize, curvature: &Curvature, inflation: f64, signals: &Signals) -> f64 {
+    let (Some(free), Some(at)) = (fit.model.free.get(index), fit.model.x.get(index)) else { return 0.0 };
+    if !coarse(&free.name) || *at == 0.0 {
+        return 0.0;
+    }
+    let others: Vec<usize> =
+        (0..curvature.alive.len()).filter(|row| curvature.alive.get(*row) != Some(&index)).collect();
+    let others = curvature.scaled.select_columns(&others).qr().q();
+    let left = |white: Vec<f64>| {
+        let white = DVector::from_vec(white);
+        white.norm_squared() - others.tr_mul(&white).norm_squared()
+    };
+    let limit = left(fit.white()) + CHI_SQUARED * fit.variance * inflation;
+    let inside = |step: f64| {
+        let mut x = fit.model.x.clone();
+        if let Some(value) = x.get_mut(index) {
+            *value += step;
+        }
+        let residual = fit.model.residual(&x, signals);
+        residual.is_some_and(|residual| left(fit.whitener.apply(&residual)) < limit)
+    };
+    let steps: Vec<f64> = (0..PROFILE_STEPS)
+        .flat_map(|i| [1.0, -1.0].map(|side| side * at * PROFILE_FROM * libm::pow(2.0, f64::from(i) / 2.0)))
+        .collect();
+    steps.into_par_iter().filter(|step| inside(*step)).map(f64::abs).reduce(|| 0.0, f64::max)
 }
 
 /// Changes of the whitened residual by what the discretisation leaves open.

@@ -97,6 +97,7 @@ impl Writing<'_> {
             },
         ));
         facts.push(("Place".into(), self.found.place.map_or("none".into(), |p| p.name().into())));
+        facts.extend(self.found.located().into_iter().map(|(name, what)| (name.to_owned(), what)));
         facts
     }
 
@@ -374,9 +375,23 @@ impl Writing<'_> {
         let block = if self.found.rejected.is_empty() {
             Block::Text("No rival was tried.".into())
         } else {
-            Block::table(["physics", "why not"], rejected_rows(&self.found.rejected))
+            let row = |r: &Rejected| {
+                let smallest = r.smallest.as_ref().map_or("-".into(), |term| self.sizes(term));
+                vec![r.kind.replace('_', " "), r.why.clone(), smallest]
+            };
+            let head = ["physics", "why not", "would have shown from about"];
+            Block::table(head, self.found.rejected.iter().map(row).collect())
         };
         Section::new("Rivals, and why they lost", vec![block])
+    }
+
+    /// The numbers of a term in words.
+    fn sizes(&self, term: &physics::Term) -> String {
+        let parameters = term.kind.parameters.iter().zip(&term.parameters);
+        let words = parameters.map(|(p, value)| {
+            format!("{} {}", p.name.replace('_', " "), physics::shown(*value, &self.units.unit(p.unit)))
+        });
+        words.collect::<Vec<_>>().join(", ")
     }
 
     /// What this recording can't tell, and what would.

@@ -10,11 +10,12 @@
 use crate::{Error, Result};
 
 use super::candidates::Candidate;
+use super::conclude::Ending;
 use super::fit::{Effort, Fit, mean_square};
 use super::holdout;
 use super::identify::Identified;
 use super::model::{Free, Model, Target};
-use super::select::Scored;
+use super::select::{self, Scored, Winner};
 use super::spans::{self, Acting};
 use super::valve::Valve;
 use super::whiten::{Whitener, effective_samples};
@@ -44,14 +45,14 @@ impl Case<'_> {
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
         let mut base = refit.clone();
-        let mut named: Vec<(Scored, Vec<&'static str>)> = Vec::new();
+        let mut named: Vec<Winner> = Vec::new();
         let mut rejected = Vec::new();
         if let Some(scored) = limit.and_then(|limit| self.with_limit(&stated, &base, limit)) {
             if scored.accepted() && self.matters(&base, &scored.candidate.fit) {
                 base = scored.candidate.fit.clone();
-                named.push((scored, Vec::new()));
+                named.push(Winner::alone(scored));
             } else {
-                rejected.extend(super::losers(&[scored], None));
+                rejected.extend(select::losers(&[scored], None, Vec::new()));
             }
         }
         // A plant from the very recording has taken up part of what comes and goes in it.
@@ -62,7 +63,7 @@ impl Case<'_> {
             return Ok(found);
         }
         let (refit, base) = (refit.renoised(), base.renoised());
-        self.conclude(&stated, &refit, &base, named, None, rejected, missing, controller)
+        self.conclude(Ending { stated, refit, base, named, located: None, rejected, missing, controller })
     }
 
     /// The diagnosis with what comes and goes, over the whole recording; `None` where nothing does.
@@ -87,12 +88,14 @@ impl Case<'_> {
         let named = acting.into_iter().map(|acting| {
             let candidate = Candidate { kind: acting.term.kind, fit: base.clone() };
             let (train_gain, holdout_errors) = (acting.gain, acting.errors);
-            (Scored { candidate, train_gain, holdout_gain: 0.0, holdout_errors }, Vec::new())
+            Winner::alone(Scored { candidate, train_gain, holdout_gain: 0.0, holdout_errors })
         });
         let missing = case.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.whole);
         let named = named.collect();
-        case.conclude(&stated, &refit, &base, named, None, Vec::new(), missing, controller).map(Some)
+        let rejected = Vec::new();
+        let ending = Ending { stated, refit, base, named, located: None, rejected, missing, controller };
+        case.conclude(ending).map(Some)
     }
 
     /// The diagnosis of a valve that sticks: its numbers stay as they were found, the plant's are refitted.
@@ -114,8 +117,11 @@ impl Case<'_> {
             candidate,
         };
         let missing = self.missing_drive(&refit);
-        let named = vec![(scored, valve.tied.clone())];
-        let mut found = self.conclude(&stated, &refit, &base, named, None, Vec::new(), missing, None)?;
+        let named = vec![Winner { scored, tied: valve.tied.clone() }];
+        let rejected = Vec::new();
+        let ending =
+            Ending { stated, refit, base, named, located: None, rejected, missing, controller: None };
+        let mut found = self.conclude(ending)?;
         if let Some(named) = found.physics.first_mut() {
             named.half_widths.clone_from(&valve.half_widths);
         }

@@ -2,6 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::physics::{Term, UnitNames};
+
 use super::prove::FitPct;
 use super::{Diagnosis, Fits, Named};
 
@@ -11,7 +13,12 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
     let onset = diagnosis.physics.first().map(|p| p.term.onset_s).filter(|t| *t > 0.0);
     let physics: Vec<Value> = diagnosis.physics.iter().map(|named| named_json(named, &units)).collect();
     let rows = |rows: &[super::Rejected]| -> Vec<Value> {
-        rows.iter().map(|r| json!({"kind": r.kind, "why": r.why})).collect()
+        rows.iter()
+            .map(|r| {
+                let smallest = r.smallest.as_ref().map(|term| parameters_json(term, &units));
+                json!({"kind": r.kind, "why": r.why, "smallest_shown": smallest})
+            })
+            .collect()
     };
     let parameters: Vec<Value> = diagnosis
         .parameters
@@ -25,6 +32,11 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
         "verdict": diagnosis.verdict.name(),
         "place": diagnosis.place.map(|p| p.name()),
         "onset_s": onset,
+        "spans": diagnosis.spans.iter().map(|span| json!({
+            "from_s": span.from_s, "to_s": span.to_s, "score": span.score })).collect::<Vec<_>>(),
+        "depends_on": diagnosis.depends_on.iter().map(|d| &d.on).collect::<Vec<_>>(),
+        "dependence": diagnosis.depends_on.iter().map(|d| json!({
+            "on": d.on, "share": d.share, "errors": d.errors })).collect::<Vec<_>>(),
         "physics": physics,
         "parameters": parameters,
         "rejected": rows(&diagnosis.rejected),
@@ -40,7 +52,7 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
     })
 }
 
-fn named_json(named: &Named, units: &crate::physics::UnitNames) -> Value {
+fn named_json(named: &Named, units: &UnitNames) -> Value {
     let kind = named.term.kind;
     let parameters: Vec<Value> = kind
         .parameters
@@ -57,6 +69,7 @@ fn named_json(named: &Named, units: &crate::physics::UnitNames) -> Value {
         "onset_s": named.term.onset_s,
         "spans": spans_json(&named.term),
         "parameters": parameters,
+        "first_named_with": named.moved_from().map(|first| parameters_json(first, units)),
         "indistinguishable_from": named.tied,
         "evidence": {"holdout_gain_se": named.holdout_errors, "delta_bic_eff": 2.0 * named.train_gain},
         "says": named.term.says(units),
@@ -64,8 +77,14 @@ fn named_json(named: &Named, units: &crate::physics::UnitNames) -> Value {
     })
 }
 
+/// The numbers of a term, by name.
+fn parameters_json(term: &Term, units: &UnitNames) -> Vec<Value> {
+    let parameters = term.kind.parameters.iter().zip(&term.parameters);
+    parameters.map(|(p, value)| json!({"name": p.name, "value": value, "unit": units.unit(p.unit)})).collect()
+}
+
 /// When a term acts that does so at times.
-fn spans_json(term: &crate::physics::Term) -> Vec<Value> {
+fn spans_json(term: &Term) -> Vec<Value> {
     term.spans.iter().map(|(from, to)| json!({"from_s": from, "to_s": to})).collect()
 }
 

@@ -31,14 +31,14 @@ pub struct Trial {
 }
 
 /// A model to try terms on, and what they are judged by there: its error as it is, and whitened where that is asked for.
-struct Bench {
+pub(super) struct Bench {
     base: Fit,
     yardsticks: Vec<Yardstick>,
 }
 
 impl Bench {
     /// Beside the plain error, the error under the fit's own noise model where `whitened`.
-    fn new(base: &Fit, signals: &Signals, whitened: bool) -> Option<Self> {
+    pub(super) fn new(base: &Fit, signals: &Signals, whitened: bool) -> Option<Self> {
         let model = base.model.clone().coarse();
         let base = Fit::start(&model, signals, &Whitener::none())?.with_whitener(base.whitener.clone());
         let plain = base.clone().with_whitener(Whitener::none());
@@ -60,12 +60,21 @@ impl Bench {
         let judged = self.yardsticks.iter().map(|stick| {
             let (scale, share) = stick.judge(&self.base.residual, &residual);
             let itself = stick.at_itself(&residual);
-            match scaled(term, scale).filter(|_| share > itself && !jumps) {
+            let plausible = (0.02..50.0).contains(&scale.abs());
+            match scaled(term, scale).filter(|_| plausible && share > itself && !jumps) {
                 Some(term) => Trial { model: with(&term), term, share },
                 None => Trial { model: model.clone(), term: term.clone(), share: itself },
             }
         });
         Some(judged.collect())
+    }
+
+    /// What the term would do beyond what refitted numbers take up, over what is left without it, in power: under the noise
+    /// model where there is one. One simulation.
+    pub(super) fn power_of(&self, term: &Term, signals: &Signals) -> Option<f64> {
+        let model = self.base.model.with_term(term, term.onset_s > 0.0, signals.duration_s());
+        let residual = model.residual(&model.x, signals)?;
+        self.yardsticks.last().map(|stick| stick.power_of(&self.base.residual, &residual))
     }
 }
 
@@ -95,6 +104,13 @@ impl Yardstick {
         }
         let along = -self.error.dot(&change);
         (along / power, along * along / (power * self.error.norm_squared().max(1e-300)))
+    }
+
+    /// Power of the trial's effect over that of the error.
+    fn power_of(&self, without: &[f64], with: &[f64]) -> f64 {
+        let change: Vec<f64> = with.iter().zip(without).map(|(a, b)| a - b).collect();
+        let change = project_out(&self.explained, DVector::from_vec(self.whitener.apply(&change)));
+        change.norm_squared() / self.error.norm_squared().max(1e-300)
     }
 
     /// Share that is gone at the trial itself, without scaling it.
@@ -281,10 +297,7 @@ fn resized(kind: &Kind, parameters: &[f64], factor: f64) -> Vec<f64> {
 }
 
 /// The term at another size, where its effect is about in proportion to that; ratios are scaled about one.
-fn scaled(term: &Term, scale: f64) -> Option<Term> {
-    if !(scale.is_finite() && scale.abs() > 0.02 && scale.abs() < 50.0) {
-        return None;
-    }
+pub(super) fn scaled(term: &Term, scale: f64) -> Option<Term> {
     let mut term = term.clone();
     let first = term.kind.parameters.first()?;
     if first.name == "ratio" {

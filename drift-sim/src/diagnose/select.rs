@@ -5,6 +5,7 @@
 //! contiguous blocks; and in closed loop it moves u by a part that matters. What comes within the margin of the winner is
 //! a tie, not a loser.
 
+use super::Rejected;
 use super::candidates::Candidate;
 use super::fit::Fit;
 use super::holdout;
@@ -12,12 +13,15 @@ use super::signals::Signals;
 use super::whiten::effective_samples;
 
 /// What a term must gain beyond its cost, in log-likelihood.
-const LEAST_GAIN: f64 = 12.0;
+pub(super) const LEAST_GAIN: f64 = 12.0;
 /// Standard errors by which the hold-out must gain.
 const LEAST_ERRORS: f64 = 2.0;
 /// Rivals closer than this in log-likelihood over both recordings are tied: smooth ones, and those with a hidden state.
 const MARGIN_SMOOTH: f64 = 5.0;
 const MARGIN_HYSTERETIC: f64 = 10.0;
+/// Part of the winner's gain that tells two kinds with as many numbers apart at the least: closer than this, it is how two
+/// simulators discretise that decides (a lag before or behind a servo, on generated loops: 0.0002).
+const SAME_PHYSICS: f64 = 5e-4;
 
 /// A candidate with what speaks for it.
 #[derive(Debug, Clone)]
@@ -90,15 +94,87 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
     scored
 }
 
-/// Accepted rivals that the recordings can't tell from the winner, by margin or by what is known of the kinds.
-pub fn ties<'a>(winner: &Scored, others: &'a [Scored]) -> Vec<&'a Scored> {
-    let hysteretic = |s: &Scored| matches!(s.candidate.kind.name, "backlash" | "stiction");
-    others
+/// A candidate that is named, and the kinds that these recordings can't tell from it.
+#[derive(Debug, Clone)]
+pub struct Winner {
+    /// The candidate.
+    pub scored: Scored,
+    /// The kinds.
+    pub tied: Vec<&'static str>,
+}
+
+impl Winner {
+    /// Tied with nothing.
+    pub fn alone(scored: Scored) -> Self {
+        Self { scored, tied: Vec::new() }
+    }
+}
+
+/// The accepted rival with the fewest numbers within the margin of the best, where it has fewer than that.
+pub fn simplest<'a>(best: &Scored, scored: &'a [Scored]) -> Option<&'a Scored> {
+    let numbers = |s: &Scored| s.candidate.fit.model.physical();
+    scored
         .iter()
-        .filter(|rival| {
-            let margin =
-                if hysteretic(winner) && hysteretic(rival) { MARGIN_HYSTERETIC } else { MARGIN_SMOOTH };
-            rival.accepted() && winner.total() - rival.total() < margin
-        })
-        .collect()
+        .filter(|s| s.accepted() && best.total() - s.total() < margin(best, s) && numbers(s) < numbers(best))
+        .min_by_key(|s| numbers(s))
+}
+
+/// The winner with what comes within the margin.
+pub fn with_ties(winner: &Scored, scored: &[Scored]) -> Winner {
+    let mut tied: Vec<&'static str> = ties(winner, scored).map(|s| s.candidate.kind.name).collect();
+    // Of two that commute exactly, the loop's own name stands for both.
+    let lag = scored.iter().find(|s| s.candidate.kind.name == "unmodelled_lag");
+    if let Some(lag) =
+        lag.filter(|_| winner.candidate.kind.name == "sensor_lag" && tied.contains(&"unmodelled_lag"))
+    {
+        tied.retain(|kind| *kind != "unmodelled_lag");
+        tied.push("sensor_lag");
+        return Winner { scored: lag.clone(), tied };
+    }
+    Winner { scored: winner.clone(), tied }
+}
+
+/// Accepted rivals that the recordings can't tell from the winner.
+fn ties<'a>(winner: &'a Scored, scored: &'a [Scored]) -> impl Iterator<Item = &'a Scored> {
+    let numbers = |s: &Scored| s.candidate.fit.model.physical();
+    scored.iter().filter(move |rival| {
+        let margin = margin(winner, rival);
+        let close = if numbers(rival) <= numbers(winner) {
+            margin.max(SAME_PHYSICS * winner.total())
+        } else {
+            margin
+        };
+        rival.candidate.kind != winner.candidate.kind
+            && rival.accepted()
+            && (winner.total() - rival.total()).abs() < close
+    })
+}
+
+fn margin(one: &Scored, other: &Scored) -> f64 {
+    let hysteretic = |s: &Scored| matches!(s.candidate.kind.name, "backlash" | "stiction");
+    if hysteretic(one) && hysteretic(other) { MARGIN_HYSTERETIC } else { MARGIN_SMOOTH }
+}
+
+/// Why each of the others lost; `vetoed` are those that the closed loop spoke against.
+pub fn losers(scored: &[Scored], winner: Option<&Winner>, vetoed: Vec<Rejected>) -> Vec<Rejected> {
+    let lost = |s: &Scored| {
+        let kind = s.candidate.kind.name;
+        if winner.is_some_and(|w| w.scored.candidate.kind == s.candidate.kind || w.tied.contains(&kind)) {
+            return None;
+        }
+        let veto = vetoed.iter().find(|veto| veto.kind == kind);
+        Some(veto.cloned().unwrap_or_else(|| Rejected {
+            kind,
+            why: match winner {
+                Some(winner) if s.accepted() => format!(
+                    "{:.1} less likely than {} over both recordings",
+                    winner.scored.total() - s.total(),
+                    winner.scored.candidate.kind.name
+                ),
+                _ => s.why_not(),
+            },
+            smallest: None,
+        }))
+    };
+    scored.iter().filter_map(lost).collect()
 }

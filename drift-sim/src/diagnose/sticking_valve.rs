@@ -6,6 +6,7 @@
 //! coarse grid; so the search begins with a short part of the recording and doubles it, keeping at each stage the valves
 //! that leave least of the error, with finer neighbours around each. Each valve is judged by what is left once the plant's own
 //! numbers have been given their best linear step. From the stated plant: the refitted one has bent towards the hysteresis.
+//! Once the plant behind the best valve is known, the last digits of the valve are searched in the same way around it.
 
 use rayon::prelude::*;
 
@@ -22,13 +23,17 @@ const VALLEY: (f64, f64, usize) = (0.75, 1.3, 40);
 /// The jump as a part of the band: steps up to the largest.
 const JUMPS: usize = 36;
 const LARGEST_JUMP: f64 = 0.7;
-/// Parts of the recording that the valves are judged on, one after the other.
-const PARTS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];
-/// Valves kept at each stage.
-const KEPT: usize = 120;
+/// Parts of the recording that the valves are judged on, one after the other, and valves kept then: a short part costs little and
+/// tells little.
+const STAGES: [(f64, usize); 6] =
+    [(1.0 / 32.0, 480), (1.0 / 16.0, 360), (1.0 / 8.0, 240), (1.0 / 4.0, 120), (1.0 / 2.0, 60), (1.0, 24)];
 /// Valves that the plant is fitted behind, and how many of them are followed.
-const VALVES: usize = 24;
-const FOLLOWED: usize = 5;
+const VALVES: usize = 12;
+const FOLLOWED: usize = 4;
+
+/// Distances at which the last digits are searched, parts of band and jump, and valves kept at each.
+const LAST_DIGITS: [f64; 4] = [4e-4, 2e-4, 1e-4, 5e-5];
+const KEPT_LAST: usize = 3;
 
 /// A valve as it is searched: where it lies across the valley, and the jump as a part of the band.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +69,38 @@ pub fn fit(stated: &Fit, width: f64, signals: &Signals) -> Option<Fit> {
         .into_par_iter()
         .map(|fit| fit.search(signals, Effort::FULL))
         .min_by(|a, b| a.variance.total_cmp(&b.variance))
+        .map(|fit| last_digits(&fit, signals).filter(|closer| closer.variance < fit.variance).unwrap_or(fit))
+}
+
+/// The best valve around that of a fit, the plant refitted behind it.
+fn last_digits(fit: &Fit, signals: &Signals) -> Option<Fit> {
+    let (point, _) = fit.model.loop_at(&fit.model.x)?;
+    let (valve, index) = (point.physics.last()?, point.physics.len() - 1);
+    let plant = Fit::start(&fit.model.without_term(index), signals, &Whitener::none())?;
+    let mut kept = vec![valve.clone()];
+    for distance in LAST_DIGITS {
+        let around: Vec<Term> = kept.iter().flat_map(|valve| neighbours(valve, distance)).collect();
+        let left = screen::left_by(&around, &plant, signals);
+        let mut judged: Vec<(f64, Term)> = left.into_iter().zip(around).collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        kept = judged.into_iter().take(KEPT_LAST).map(|(_, valve)| valve).collect();
+    }
+    kept.par_iter()
+        .filter_map(|valve| Some(plant_behind(valve, &plant, signals)?.search(signals, Effort::FULL)))
+        .min_by(|a, b| a.variance.total_cmp(&b.variance))
+}
+
+/// Itself and the valves around it at this distance, in band, in jump, and along the valley between.
+fn neighbours(valve: &Term, distance: f64) -> Vec<Term> {
+    let (Some(band), Some(jump)) = (valve.value("stick_band"), valve.value("slip_jump")) else {
+        return Vec::new();
+    };
+    let around = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (0.5, 1.0), (-0.5, -1.0)];
+    let at = |(b, j): (f64, f64)| {
+        let (band, jump) = (band * (1.0 + b * distance), (jump + j * distance * band).max(0.0));
+        Term::new("stiction", &[("stick_band", band), ("slip_jump", jump)]).ok()
+    };
+    around.into_iter().filter_map(at).collect()
 }
 
 /// From the coarse grid on a short part to single valves on the whole.
@@ -77,14 +114,14 @@ fn descend(stated: &Fit, width: f64, signals: &Signals) -> Vec<Term> {
         .map(|(i, j)| Point { across: across(i), jump: jump(j) })
         .collect();
     let mut kept: Vec<Point> = Vec::new();
-    for part in PARTS {
+    for (part, most) in STAGES {
         let prefix = signals.part(0, (part * signals.len() as f64) as usize);
         let (found, terms): (Vec<Point>, Vec<Term>) =
             points.iter().filter_map(|p| Some((*p, p.term(width)?))).unzip();
         let mut judged: Vec<(f64, Point)> =
             screen::left_by(&terms, stated, &prefix).into_iter().zip(found).collect();
         judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-        judged.truncate(KEPT);
+        judged.truncate(most);
         kept = judged.into_iter().map(|(_, point)| point).collect();
         apart = (0.5 * apart.0, 0.5 * apart.1);
         points = kept.iter().flat_map(|point| point.neighbours(apart.0, apart.1)).collect();

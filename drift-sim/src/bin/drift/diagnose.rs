@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, diagnose, identify, page, report};
+use drift_sim::diagnose::{Diagnosis, Named, diagnose, identify, page, report};
+use drift_sim::physics::{Kind, UnitNames, shown};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
@@ -88,27 +89,68 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
 
 /// One screen for people.
 fn screen(found: &Diagnosis) -> String {
-    let units = found.nominal.unit_names();
-    let mut text = format!("verdict: {}\n", found.verdict.name());
+    let place = found.place.map_or(String::new(), |place| format!(", at the {}", place.name()));
+    let mut text = format!("verdict: {}{place}\n", found.verdict.name());
     for named in &found.physics {
-        text += &format!("  {}\n", named.term.says(&units));
-        if !named.tied.is_empty() {
-            text +=
-                &format!("  can't be told from {}: {}\n", named.tied.join(", "), named.term.kind.experiment);
-        }
+        text += &physics(named, &found.nominal.unit_names());
+    }
+    for (what, says) in found.located() {
+        text += &format!("  {}: {says}\n", what.to_lowercase());
     }
     for p in &found.parameters {
-        text += &format!("  {} {} -> {:.6} +- {:.2e}\n", p.name, p.nominal, p.value, p.half_width);
+        let (value, from) = (shown(p.value, ""), shown(p.nominal, ""));
+        text += &format!("  {:24} {from} -> {value} +- {}\n", p.name, shown(p.half_width, ""));
     }
-    for (name, fit) in [
+    text += &fits(found);
+    let unexcited: Vec<&str> = found
+        .untestable
+        .iter()
+        .filter(|r| Kind::named(r.kind).is_ok_and(|kind| (kind.applies)(&found.nominal.plant)))
+        .map(|r| r.kind)
+        .collect();
+    if !unexcited.is_empty() {
+        text += &format!("  this recording can't show: {}\n", unexcited.join(", "));
+    }
+    text
+}
+
+/// A term in a sentence, with its intervals and its ties.
+fn physics(named: &Named, units: &UnitNames) -> String {
+    let mut text = format!("  {}\n", named.term.says(units));
+    let parameters = named.term.kind.parameters.iter().zip(&named.term.parameters);
+    for ((parameter, value), width) in parameters.zip(&named.half_widths) {
+        let unit = units.unit(parameter.unit);
+        let interval = if width.is_finite() {
+            format!("95 %: {} to {}", shown(value - width, ""), shown(value + width, &unit))
+        } else {
+            "not determined, or held".into()
+        };
+        text += &format!("    {:22} {:<14} {interval}\n", parameter.name, shown(*value, &unit));
+    }
+    if !named.tied.is_empty() {
+        text +=
+            &format!("    can't be told from {}: {}\n", named.tied.join(", "), named.term.kind.experiment);
+    }
+    text
+}
+
+/// How well the closed loop fits unseen data.
+fn fits(found: &Diagnosis) -> String {
+    let rows = [
         ("as it came", found.holdout.nominal),
         ("refitted", found.holdout.before),
         ("improved", found.holdout.after),
-    ] {
+        ("noise alone leaves", found.noise_floor),
+    ];
+    let mut text = String::from("  fit on unseen data, %          y          u\n");
+    for (name, fit) in rows {
         if let Some(fit) = fit {
             let u = fit.u_pct.map_or(String::from("-"), |u| format!("{u:.2}"));
-            text += &format!("  hold-out, {name:10}  y {:.3} %  u {u} %\n", fit.y_pct);
+            text += &format!("    {name:20} {:>10.3} {u:>10}\n", fit.y_pct);
         }
+    }
+    if let Some([low, high]) = found.improvement.filter(|[low, _]| *low > 0.0) {
+        text += &format!("    the physics improves it by {low:.2} to {high:.2} points (95 %)\n");
     }
     text
 }

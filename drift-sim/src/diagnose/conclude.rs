@@ -1,0 +1,185 @@
+//! From the end of a search to what is reported: terms with intervals, faults of sensor and law, parameters, verdict, proof.
+
+use crate::physics::{Kind, Place, Term};
+use crate::{Error, Result};
+
+use super::closed_loop::{fit_pct, noise_floor};
+use super::controller_replay::ControllerReplay;
+use super::fit::Fit;
+use super::missing_drive::MissingDrive;
+use super::model::{self, Target};
+use super::select::{Scored, Winner};
+use super::signals::Signals;
+use super::{
+    Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, controller_fault, excitation,
+    features, interval, locate, prove, sensor_effects,
+};
+
+/// Where a search ended.
+pub(super) struct Ending {
+    /// The loop file's numbers.
+    pub stated: Fit,
+    /// The same refitted.
+    pub refit: Fit,
+    /// With the named terms.
+    pub base: Fit,
+    /// What was named, in the order of the model's terms.
+    pub named: Vec<Winner>,
+    /// Where something is that can't be named.
+    pub located: Option<Place>,
+    pub rejected: Vec<Rejected>,
+    /// The missing drive of the refitted nominal model.
+    pub missing: Option<MissingDrive>,
+    pub controller: Option<ControllerReplay>,
+}
+
+impl Case<'_> {
+    pub(super) fn conclude(&self, ending: Ending) -> Result<Diagnosis> {
+        let Ending { stated, refit, base, named, located, rejected, missing, controller } = ending;
+        let widths = interval::half_widths(&base, self.train);
+        let lost = || Error::new("the fitted model can't be simulated");
+        let (improved, _) = base.model.loop_at(&base.model.x).ok_or_else(lost)?;
+        let (refitted, _) = refit.model.loop_at(&refit.model.x).ok_or_else(lost)?;
+        let physics: Vec<Named> = named
+            .iter()
+            .enumerate()
+            .map(|(index, Winner { scored, tied })| Named {
+                term: improved.physics.get(self.nominal.physics.len() + index).cloned().unwrap_or_else(
+                    || Term {
+                        kind: scored.candidate.kind,
+                        parameters: Vec::new(),
+                        onset_s: 0.0,
+                        spans: Vec::new(),
+                    },
+                ),
+                half_widths: term_widths(
+                    &base,
+                    &widths,
+                    self.nominal.physics.len() + index,
+                    scored.candidate.kind,
+                ),
+                first: first_named(scored),
+                tied: tied.clone(),
+                train_gain: scored.train_gain,
+                holdout_errors: scored.holdout_errors,
+            })
+            .collect();
+        let mut physics = physics;
+        if physics.len() > 1
+            && named.first().is_some_and(|first| first.scored.candidate.kind.name == "load_step")
+        {
+            // It was laid under the others, which are stronger.
+            physics.rotate_left(1);
+        }
+        let (mut improved, mut located) = (improved, located);
+        let continued = self.whole.len() > self.train.len();
+        let sensor = || sensor_effects::find(&base, self.train, self.holdout, continued);
+        for effect in if self.guessed { Vec::new() } else { sensor() } {
+            improved.physics.push(effect.term.clone());
+            physics.push(Named::alone(
+                effect.term,
+                effect.half_width,
+                effect.train_gain,
+                effect.holdout_errors,
+            ));
+        }
+        if let Some(replay) = &controller {
+            let fault = controller_fault::find(self.nominal, replay, self.train, self.holdout);
+            match fault {
+                Some(fault) => {
+                    improved.physics.push(fault.term.clone());
+                    let errors = fault.holdout_share * libm::sqrt(self.holdout.len() as f64);
+                    physics.insert(0, Named::alone(fault.term, fault.half_width, fault.train_gain, errors));
+                }
+                None if replay.relative > LAW_IS_ANOTHER && physics.is_empty() => {
+                    located = Some(Place::Controller);
+                }
+                None => {}
+            }
+        }
+        let parameters = refitted_parameters(&base, &widths);
+        let changed = !self.guessed
+            && refit.log_likelihood - stated.clone().renoised().log_likelihood > 20.0
+            && parameters.iter().any(|p| {
+                (p.value - p.nominal).abs() > p.half_width && (p.value / p.nominal - 1.0).abs() > 0.005
+            });
+        let verdict = match (physics.is_empty(), located, changed) {
+            (false, _, _) => Verdict::MissingPhysics,
+            (true, Some(_), _) => Verdict::Located,
+            (true, None, true) => Verdict::Parameters,
+            (true, None, false) => Verdict::NoMismatch,
+        };
+        let place = physics.first().map(|p| p.term.kind.place).or(located);
+        let fits = |signals: &Signals| Fits {
+            nominal: fit_pct(self.nominal, signals),
+            before: fit_pct(&refitted, signals),
+            after: fit_pct(&improved, signals),
+        };
+        let improvement =
+            match (prove::run(&refitted, self.holdout, 0), prove::run(&improved, self.holdout, 0)) {
+                (Some(a), Some(b)) => prove::improvement(&a, &b, self.nominal, self.holdout),
+                _ => None,
+            };
+        let shows = excitation::shows(&base, self.train, &features::scales(self.nominal, self.train));
+        let untestable = excitation::untestable(&base, &shows);
+        let rejected = excitation::with_smallest(rejected, &shows);
+        let drive = (verdict != Verdict::NoMismatch).then_some(missing.as_ref()).flatten();
+        let depends_on = drive.map(|drive| locate::depends_on(self.nominal, drive, self.train));
+        Ok(Diagnosis {
+            verdict,
+            place,
+            spans: locate::spans(&refit, &base, self.train),
+            depends_on: depends_on.unwrap_or_default(),
+            physics,
+            parameters,
+            rejected,
+            untestable,
+            train: fits(self.train),
+            holdout: fits(self.holdout),
+            improvement,
+            noise_floor: noise_floor(&improved, base.variance, self.holdout),
+            nominal: self.nominal.clone(),
+            refitted,
+            improved,
+            drive_left: self.missing_drive(&base),
+            controller,
+            missing_drive: missing,
+        })
+    }
+}
+
+/// The term with its numbers as they were when it was named, before others came beside it.
+fn first_named(scored: &Scored) -> Option<Term> {
+    let fit = &scored.candidate.fit;
+    let (then, _) = fit.model.loop_at(&fit.model.x)?;
+    then.physics.into_iter().rev().find(|term| term.kind == scored.candidate.kind)
+}
+
+fn term_widths(fit: &Fit, widths: &[f64], term: usize, kind: &Kind) -> Vec<f64> {
+    (0..kind.parameters.len())
+        .map(|parameter| {
+            let target = Target::Term { term, parameter };
+            let at = fit.model.free.iter().position(|f| f.target == target);
+            at.and_then(|i| widths.get(i).copied()).unwrap_or(f64::NAN)
+        })
+        .collect()
+}
+
+fn refitted_parameters(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
+    let nominal = model::plant_numbers(&fit.model.nominal.plant);
+    fit.model
+        .free
+        .iter()
+        .zip(&fit.model.x)
+        .zip(widths)
+        .filter_map(|((free, value), width)| match free.target {
+            Target::Plant(i) => Some(Refitted {
+                name: free.name.clone(),
+                nominal: nominal.get(i).map_or(f64::NAN, |n| n.1),
+                value: *value,
+                half_width: *width,
+            }),
+            _ => None,
+        })
+        .collect()
+}

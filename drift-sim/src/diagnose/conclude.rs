@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use super::closed_loop::{fit_pct, noise_floor};
 use super::controller_replay::ControllerReplay;
 use super::fit::Fit;
-use super::missing_drive::MissingDrive;
+use super::missing_drive::{self, MissingDrive};
 use super::model::{self, Target};
 use super::select::{Scored, Winner};
 use super::signals::Signals;
@@ -137,7 +137,7 @@ impl Case<'_> {
             train: fits(self.train),
             holdout: fits(self.holdout),
             improvement,
-            noise_floor: noise_floor(&improved, base.variance, self.holdout),
+            noise_floor: noise_floor(&improved, sensor_noise(&base), self.holdout),
             nominal: self.nominal.clone(),
             refitted,
             improved,
@@ -145,6 +145,15 @@ impl Case<'_> {
             controller,
             missing_drive: missing,
         })
+    }
+}
+
+/// Variance of the sensor's noise: without a noise model what is left of the fit is more than that.
+fn sensor_noise(base: &Fit) -> f64 {
+    if base.model.whitens() {
+        base.variance
+    } else {
+        base.variance.min(missing_drive::noise_floor(&base.residual))
     }
 }
 

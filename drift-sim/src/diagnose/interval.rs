@@ -4,10 +4,10 @@
 //! * the curvature of the sum of squares, `s^2 H^-1`, widened by the correlation that is left in w;
 //! * the same with the scatter of the gradient itself over contiguous blocks, `H^-1 (sum g_b g_b') H^-1` with `g_b` the sum of
 //!   J'w over a block (a sandwich: it holds for noise that is neither white nor of constant size). The wider one counts;
-//! * the simulation's own uncertainty: by how much the parameters would move if y were sampled a quarter of a sample
-//!   (one sub-step) earlier or later, and if terms that act along the way were simulated without sub-steps. Clean recordings
+//! * the simulation's own uncertainty: by how much the parameters would move if y were sampled half a sample
+//!   earlier or later (by which ways to discretise differ), and if terms that act along the way were simulated without sub-steps. Clean recordings
 //!   are more exact than any choice of how to discretise, so this is added as an independent part, in a fit without
-//!   a noise model as far as the recording itself does not rule it out: each is a nuisance with that size as prior.
+//!   a noise model as far as the closed loop does not rule it out.
 //!
 //! For parameters in which the prediction jumps (gaps, bands) the likelihood itself is followed to where it has fallen by half of chi
 //! squared, the farther side counting.
@@ -17,6 +17,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::closed_loop::error_at;
 use super::fit::{Fit, coarse};
 use super::signals::Signals;
 use super::whiten::effective_samples;
@@ -30,8 +31,11 @@ const CHI_SQUARED: f64 = 3.84;
 /// Steps of a profile: the smallest, as a part of the parameter, and how many, each 1.4 times the one before.
 const PROFILE_FROM: f64 = 1e-5;
 const PROFILE_STEPS: u32 = 28;
+/// Factor by which the closed loop's squared error may grow for it to have stayed where it is, and halvings tried.
+const FURTHER: f64 = 1.1;
+const HALVINGS: u32 = 12;
 /// Timing that is uncertain, in samples.
-const TIMING: f64 = 0.25;
+const TIMING: f64 = 0.5;
 
 /// The inverse curvature in units of the columns' lengths.
 struct Curvature {
@@ -75,17 +79,6 @@ impl Curvature {
         &self.inverse * self.scaled.tr_mul(&DVector::from_column_slice(change))
     }
 
-    /// Part of a change that may have happened, given what is left of it beside the parameters: by Bayes from a normal prior whose 95 %
-    /// point is the whole change.
-    fn left_open(&self, change: &[f64], white: &[f64], variance: f64) -> f64 {
-        let change = DVector::from_column_slice(change);
-        let beside = &change - &self.scaled * (&self.inverse * self.scaled.tr_mul(&change));
-        let seen = beside.norm_squared() / variance.max(1e-300);
-        let precision = seen + 1.96 * 1.96;
-        let mean = beside.dot(&DVector::from_column_slice(white)) / variance.max(1e-300) / precision;
-        (1.96 * libm::sqrt(mean * mean + 1.0 / precision)).min(1.0)
-    }
-
     /// Covariance from the scatter of the gradient over blocks.
     fn sandwich(&self, white: &[f64]) -> DMatrix<f64> {
         let n = self.alive.len();
@@ -111,9 +104,12 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
     let sandwich = curvature.sandwich(&white);
     let numerical: Vec<DVector<f64>> = numerical_changes(fit, signals)
         .iter()
-        .map(|change| {
-            curvature.moved_by(change) * curvature.left_open(change, &white, fit.variance * inflation)
-        })
+        .map(|change| curvature.moved_by(change))
+        .map(
+            |moved| {
+                if fit.model.whitens() { moved } else { within_the_loop(fit, &curvature, &moved, signals) }
+            },
+        )
         .collect();
     for (row, i) in curvature.alive.iter().enumerate() {
         if curvature.open.get(row).copied().unwrap_or(true) {
@@ -133,6 +129,33 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
         }
     }
     widths
+}
+
+/// As much of a move of the parameters as leaves the closed loop where it is. A fit without a noise model takes a shift in time for friction,
+/// which it is not for the loop: that pays for friction with u.
+fn within_the_loop(
+    fit: &Fit,
+    curvature: &Curvature,
+    moved: &DVector<f64>,
+    signals: &Signals,
+) -> DVector<f64> {
+    let error_beside = |part: f64| {
+        let mut x = fit.model.x.clone();
+        for ((i, length), moved) in curvature.alive.iter().zip(&curvature.lengths).zip(moved.iter()) {
+            if let Some(value) = x.get_mut(*i) {
+                *value += part * moved / length;
+            }
+        }
+        error_at(&Fit { model: fit.model.at(&x), ..fit.clone() }, signals)
+    };
+    let Some(here) = error_at(fit, signals) else { return moved.clone() };
+    let stays = |part: f64| {
+        [part, -part]
+            .iter()
+            .any(|part| error_beside(*part).is_some_and(|there| there * there < FURTHER * here * here))
+    };
+    let parts = (0..HALVINGS).map(|i| libm::pow(0.5, f64::from(i)));
+    moved * parts.into_iter().find(|part| stays(*part)).unwrap_or(0.0)
 }
 
 /// How far a parameter in which the prediction jumps can be moved, on the farther side, before the likelihood tells: such a

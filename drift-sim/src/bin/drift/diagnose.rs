@@ -127,6 +127,10 @@ fn physics(named: &Named, units: &UnitNames) -> String {
         };
         text += &format!("    {:22} {:<14} {interval}\n", parameter.name, shown(*value, &unit));
     }
+    if let Some(first) = named.moved_from() {
+        text +=
+            &format!("    before the others were named: {}\n", (first.kind.says)(&first.parameters, units));
+    }
     if !named.tied.is_empty() {
         text +=
             &format!("    can't be told from {}: {}\n", named.tied.join(", "), named.term.kind.experiment);

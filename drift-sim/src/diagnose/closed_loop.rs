@@ -19,26 +19,33 @@ const OF_NOISE: f64 = 0.25;
 const FLOOR: f64 = 1.1;
 /// Relative closed-loop error beyond it, below which nothing is looked for.
 const LEAST_ERROR: f64 = 0.003;
+/// The same from which something must be missing.
+const FAR_FLOOR: f64 = 4.0;
+const FAR_ERROR: f64 = 0.03;
 /// Factor by which the first term may raise the closed loop's error on the hold-out: chance alone; and the factor to which a further
 /// one, looked for because the closed loop is not explained yet, must lower it.
 const WORSE: f64 = 1.02;
 const BETTER: f64 = 0.98;
 
 impl Case<'_> {
-    /// Whether the closed loop is further from what was measured than noise would bring it.
+    /// Whether the closed loop is further from what was measured than noise would bring it, on either part of the data.
     pub(super) fn unexplained(&self, fit: &Fit) -> bool {
-        let run = || {
-            let (model, _) = fit.model.loop_at(&fit.model.x)?;
-            let [seen, unseen] = [self.train, self.holdout].map(|signals| {
-                let far = error(fit_pct(&model, signals)?);
-                // Only what changes faster than a plant can is sure to be noise.
-                let noise = missing_drive::noise_floor(&fit.residual);
-                let floor = error(noise_floor(&model, noise, signals)?);
-                Some(far * far > FLOOR * floor * floor + LEAST_ERROR * LEAST_ERROR)
-            });
-            Some(seen? || unseen?)
-        };
-        run().unwrap_or(true)
+        let parts = [self.train, self.holdout];
+        parts.iter().any(|signals| self.beyond(fit, signals, FLOOR, LEAST_ERROR).unwrap_or(true))
+    }
+
+    /// Whether it is so far off, on both parts, that something must be missing whatever is named.
+    pub(super) fn far_off(&self, fit: &Fit) -> bool {
+        let parts = [self.train, self.holdout];
+        parts.iter().all(|signals| self.beyond(fit, signals, FAR_FLOOR, FAR_ERROR).unwrap_or(true))
+    }
+
+    fn beyond(&self, fit: &Fit, signals: &Signals, of_floor: f64, least: f64) -> Option<bool> {
+        let (model, _) = fit.model.loop_at(&fit.model.x)?;
+        let far = error(fit_pct(&model, signals)?);
+        // Only what changes faster than a plant can is sure to be noise.
+        let floor = error(noise_floor(&model, missing_drive::noise_floor(&fit.residual), signals)?);
+        Some(far * far > of_floor * floor * floor + least * least)
     }
 
     /// Why a term of a model that the recordings speak for does not stand all the same; `None` where it stands.

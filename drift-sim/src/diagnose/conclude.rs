@@ -74,7 +74,9 @@ impl Case<'_> {
         let (mut improved, mut located) = (improved, located);
         let continued = self.whole.len() > self.train.len();
         let sensor = || sensor_effects::find(&base, self.train, self.holdout, continued);
-        for effect in if self.guessed { Vec::new() } else { sensor() } {
+        // Beside what no term explains, noise can't be judged.
+        let far_off = !self.guessed && self.far_off(&base);
+        for effect in if self.guessed || far_off { Vec::new() } else { sensor() } {
             improved.physics.push(effect.term.clone());
             physics.push(Named::alone(
                 effect.term,
@@ -96,6 +98,10 @@ impl Case<'_> {
                 }
                 None => {}
             }
+        }
+        if far_off && physics.is_empty() && located.is_none() {
+            // The law holds, so that it is on the way from u to y; no term of the library is it.
+            located = Some(Place::Loop);
         }
         let parameters = refitted_parameters(&base, &widths);
         let changed = !self.guessed
@@ -122,7 +128,9 @@ impl Case<'_> {
             };
         let shows = excitation::shows(&base, self.train, &features::scales(self.nominal, self.train));
         let untestable = excitation::untestable(&base, &shows);
-        let rejected = excitation::with_smallest(rejected, &shows);
+        let mut rejected = excitation::with_smallest(rejected, &shows);
+        // What lost alone may have been found beside another.
+        rejected.retain(|r| physics.iter().all(|named| named.term.kind.name != r.kind));
         let drive = (verdict != Verdict::NoMismatch).then_some(missing.as_ref()).flatten();
         let depends_on = drive.map(|drive| locate::depends_on(self.nominal, drive, self.train));
         Ok(Diagnosis {
@@ -130,6 +138,7 @@ impl Case<'_> {
             place,
             spans: locate::spans(&refit, &base, self.train),
             depends_on: depends_on.unwrap_or_default(),
+            far_off,
             physics,
             parameters,
             rejected,

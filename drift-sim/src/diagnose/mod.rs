@@ -169,6 +169,8 @@ pub struct Diagnosis {
     pub spans: Vec<MismatchSpan>,
     /// What the missing drive depends on.
     pub depends_on: Vec<Dependence>,
+    /// Whether the closed loop stays far from what was measured whatever was named: something is missing still.
+    pub far_off: bool,
     /// The named terms, the strongest first.
     pub physics: Vec<Named>,
     /// The nominal parameters.

@@ -76,7 +76,14 @@ impl Writing<'_> {
                 found.place.map_or("loop", Place::name)
             ),
             Verdict::MissingPhysics => {
-                found.physics.iter().map(|p| p.term.says(&self.units)).collect::<Vec<_>>().join(" ") + &gain
+                let rest = if found.far_off {
+                    " More is missing: the loop stays far from what was measured."
+                } else {
+                    ""
+                };
+                found.physics.iter().map(|p| p.term.says(&self.units)).collect::<Vec<_>>().join(" ")
+                    + &gain
+                    + rest
             }
         }
     }

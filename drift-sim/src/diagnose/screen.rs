@@ -19,6 +19,9 @@ const ONSETS: usize = 24;
 /// Sizes tried around each starting value.
 const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
+/// Starting points followed of kinds in whose parameters the prediction jumps.
+const JUMPING: usize = 4;
+
 /// A point from which a fit may start.
 #[derive(Debug, Clone)]
 pub struct Trial {
@@ -148,14 +151,15 @@ fn project_out(basis: &DMatrix<f64>, mut x: DVector<f64>) -> DVector<f64> {
     x
 }
 
-/// The best starting points of every kind in `kinds` that applies, at most `most` each.
+/// The best starting points of every kind in `kinds` that applies. What is part of the machine from the start is also tried from these
+/// times on: when one thing breaks, another may.
 pub fn screen(
     stated: &Fit,
     nominal: &Fit,
     signals: &Signals,
     signatures: &[Signature],
     kinds: impl Fn(&Kind) -> bool + Sync,
-    most: usize,
+    also_from_s: &[f64],
 ) -> Vec<Vec<Trial>> {
     // What is new is judged beside the refitted numbers, but a strong effect may have bent those: beside the stated ones too.
     let benches: Vec<Bench> = [(nominal, true), (stated, false)]
@@ -165,7 +169,7 @@ pub fn screen(
     KINDS
         .par_iter()
         .filter(|kind| (kind.applies)(&nominal.model.nominal.plant) && kinds(kind))
-        .map(|kind| screen_kind(kind, signals, signatures, &benches, most))
+        .map(|kind| screen_kind(kind, signals, signatures, &benches, also_from_s))
         .filter(|trials: &Vec<Trial>| !trials.is_empty())
         .collect()
 }
@@ -187,9 +191,9 @@ fn screen_kind(
     signals: &Signals,
     signatures: &[Signature],
     benches: &[Bench],
-    most: usize,
+    also_from_s: &[f64],
 ) -> Vec<Trial> {
-    let terms = terms_of(kind, signatures, signals.duration_s());
+    let terms = terms_of(kind, signatures, signals.duration_s(), also_from_s);
     let jumps = kind.parameters.iter().any(|p| coarse(p.name));
     let mut kept: Vec<Trial> = Vec::new();
     for bench in benches {
@@ -197,7 +201,7 @@ fn screen_kind(
         for stick in 0..bench.yardsticks.len() {
             let mut seen: Vec<&Trial> = tried.iter().filter_map(|judged| judged.get(stick)).collect();
             seen.sort_by(|a, b| b.share.total_cmp(&a.share));
-            for trial in seen.into_iter().take(if jumps { 4 * most } else { most }) {
+            for trial in seen.into_iter().take(if jumps { JUMPING } else { 1 }) {
                 let later = trial.term.onset_s > 0.0;
                 let trial = if later { refine_onset(trial, bench, stick, signals) } else { trial.clone() };
                 if kept.iter().all(|other| other.model.x != trial.model.x) {
@@ -243,7 +247,12 @@ fn refine_onset(trial: &Trial, bench: &Bench, stick: usize, signals: &Signals) -
 }
 
 /// Everything to try of a kind.
-fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> Vec<Term> {
+fn terms_of(
+    kind: &'static Kind,
+    signatures: &[Signature],
+    duration_s: f64,
+    also_from_s: &[f64],
+) -> Vec<Term> {
     let mut starts: Vec<Vec<f64>> = Vec::new();
     for parameters in signatures.iter().flat_map(|s| (kind.starts)(s)) {
         // What only differs in sign is found from either side by the closed-form size.
@@ -273,6 +282,9 @@ fn terms_of(kind: &'static Kind, signatures: &[Signature], duration_s: f64) -> V
             }
             if kind.begins != Begins::Later {
                 terms.push(term.clone());
+            }
+            if kind.begins == Begins::Start {
+                terms.extend(also_from_s.iter().map(|t| term.clone().from_s(*t)));
             }
             // What is in proportion to its size needs no second size at each onset.
             if kind.begins != Begins::Start && (start_index == 0 || kind.parameters.len() > 1) {

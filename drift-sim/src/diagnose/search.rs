@@ -1,6 +1,8 @@
 //! The search for missing physics in a loop whose plant is stated: refit, then rounds of screening, fitting and selection, each
 //! on top of what was named before.
 
+use rayon::prelude::*;
+
 use crate::physics::{Kind, Place};
 use crate::{Error, Result};
 
@@ -26,6 +28,20 @@ const NEARLY_ALL: f64 = 0.9;
 /// Closed-loop error of the plain fit, over that of the whitened one, below which the noise model does harm.
 const PLAINER: f64 = 0.97;
 
+/// Kinds followed where two terms must be found at once, and the part of the closed loop's error that each may leave.
+const LEADERS: usize = 3;
+const CLOSER: f64 = 0.95;
+/// Part of the closed loop's error that a pair may leave, for it to take the place of what was named alone.
+const MUCH_CLOSER: f64 = 0.7;
+
+/// One search for one more term.
+struct Round {
+    base: Fit,
+    scored: Vec<Scored>,
+    /// The candidates that bring the closed loop closest.
+    leaders: Vec<Candidate>,
+}
+
 impl Case<'_> {
     pub(super) fn run(&self) -> Result<Diagnosis> {
         let stated_model = Model::refit(self.nominal, self.train);
@@ -40,31 +56,38 @@ impl Case<'_> {
         let under = constant_load::under(&refit, self.train)
             .map(|fit| fit.search(self.train, Effort::FULL).settle(self.train, Effort::FULL));
         let from = under.as_ref().and_then(|_| constant_load::under(&stated, self.train));
-        let mut load_is_open = under.is_some();
+        let laid_under = under.is_some();
+        let mut load_is_open = laid_under;
         let mut base = under.unwrap_or_else(|| refit.clone());
         let mut named: Vec<Winner> = Vec::new();
         let mut rejected = Vec::new();
         let mut located = None;
         // What is left of y tells more than the closed loop, but once a term is named, also what no term explains is in it.
         let begin = !is_white(&base.residual) || self.unexplained(&base);
-        let mut rounds = 0;
-        while rounds < MOST_TERMS && if rounds == 0 { begin } else { self.unexplained(&base) } {
+        let (mut rounds, mut first) = (0, None);
+        while named.len() < MOST_TERMS && if rounds == 0 { begin } else { self.unexplained(&base) } {
             let from = if rounds == 0 { from.as_ref().unwrap_or(&stated).clone() } else { base.clone() };
             rounds += 1;
-            let left = self.missing_drive(&base);
-            let scored;
-            (base, scored) = self.round(&from, base, left.as_ref());
-            let (winner, losers) = self.pick(&base, &scored);
-            if named.is_empty() {
+            let round = self.round(&from, base);
+            base = round.base.clone();
+            let (winner, losers) = self.pick(&base, &round.scored);
+            if rounds == 1 {
                 rejected = losers;
             }
-            let Some(winner) = winner else { break };
-            if winner.tied.len() > MOST_TIED {
-                located = Some(winner.scored.candidate.kind.place);
-                break;
+            let found = match winner {
+                Some(winner) if winner.tied.len() > MOST_TIED => {
+                    located = Some(winner.scored.candidate.kind.place);
+                    break;
+                }
+                Some(winner) => vec![winner],
+                None => Vec::new(),
+            };
+            if rounds == 1 {
+                first = Some(round);
             }
-            base = winner.scored.candidate.fit.clone();
-            named.push(winner);
+            let Some(last) = found.last() else { break };
+            base = last.scored.candidate.fit.clone();
+            named.extend(found);
             if std::mem::take(&mut load_is_open) {
                 // Now, before a richer term may take its place.
                 (base, named) = self.judge_load(base, named);
@@ -74,6 +97,18 @@ impl Case<'_> {
                 break;
             }
         }
+        if let Some(first) = first.filter(|_| named.len() < 2 && self.far_off(&base)) {
+            let pair = self.pair(&first);
+            if let Some(last) = pair.last().filter(|last| self.closer(&last.scored.candidate.fit, &base)) {
+                base = last.scored.candidate.fit.clone();
+                named = pair;
+                load_is_open = false;
+                if laid_under {
+                    (base, named) = self.judge_load(base, named);
+                }
+            }
+        }
+        (base, named) = self.that_stand(base, named);
         if load_is_open {
             (base, named) = self.judge_load(base, named);
         }
@@ -105,14 +140,17 @@ impl Case<'_> {
     }
 
     /// All kinds that are not in the model yet, scored against the base.
-    fn round(&self, stated: &Fit, base: Fit, missing: Option<&MissingDrive>) -> (Fit, Vec<Scored>) {
-        let signatures = features::signatures(self.nominal, self.train, missing);
+    fn round(&self, stated: &Fit, base: Fit) -> Round {
+        let missing = self.missing_drive(&base);
+        let signatures = features::signatures(self.nominal, self.train, missing.as_ref());
         let stands = self.nominal.physics.len();
-        let present: Vec<&str> = (base.model.nominal.physics.iter().enumerate())
+        let found = || base.model.nominal.physics.iter().enumerate();
+        let present: Vec<&str> = found()
             // A load that begins later may come on top of the constant one.
             .filter(|(i, t)| !(*i == stands && t.kind.name == "load_step" && t.onset_s == 0.0))
             .map(|(_, t)| t.kind.name)
             .collect();
+        let onsets: Vec<f64> = found().map(|(_, term)| term.onset_s).filter(|onset| *onset > 0.0).collect();
         let by_direction = by_direction::trials(&base.model, self.train.duration_s());
         let wanted = |kind: &Kind| {
             kind.place != Place::Controller
@@ -121,11 +159,12 @@ impl Case<'_> {
                 && (by_direction.is_empty()
                     || !["directional_friction", "stribeck_friction"].contains(&kind.name))
         };
-        let mut trials = screen::screen(stated, &base, self.train, &signatures, wanted, 1);
+        let mut trials = screen::screen(stated, &base, self.train, &signatures, wanted, &onsets);
         if !by_direction.is_empty() && !present.contains(&"directional_friction") {
             trials.push(by_direction.clone());
         }
         let fitted = candidates::fit_all(&trials, stated, &base, self.train);
+        let leaders = self.leaders(&base, &fitted);
         let plain = !base.model.whitens() || self.is_plainer(&fitted);
         let (base, mut fitted) =
             if plain { (base.plain(self.train), fitted.plain) } else { (base, fitted.whitened) };
@@ -134,7 +173,78 @@ impl Case<'_> {
             special.map(|c| Candidate { fit: if plain { c.fit.plain(self.train) } else { c.fit }, ..c }),
         );
         let scored = select::score(&base, fitted, self.holdout);
-        (base, scored)
+        Round { base, scored, leaders }
+    }
+
+    /// The candidates of different kinds with which the closed loop comes closest to the training part.
+    fn leaders(&self, base: &Fit, fitted: &candidates::Fitted) -> Vec<Candidate> {
+        let Some(without) = error_at(base, self.train) else { return Vec::new() };
+        let mut judged: Vec<(f64, &Candidate)> = fitted
+            .plain
+            .par_iter()
+            .chain(&fitted.whitened)
+            .filter_map(|c| Some((error_at(&c.fit, self.train)?, c)))
+            .filter(|(error, _)| *error < CLOSER * without)
+            .collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut leaders: Vec<Candidate> = Vec::new();
+        for (_, candidate) in judged {
+            if leaders.len() < LEADERS && leaders.iter().all(|leader| leader.kind != candidate.kind) {
+                leaders.push(candidate.clone());
+            }
+        }
+        leaders
+    }
+
+    /// Whether a fit leaves much less of the closed loop's error on the training part.
+    fn closer(&self, fit: &Fit, than: &Fit) -> bool {
+        match (error_at(fit, self.train), error_at(than, self.train)) {
+            (Some(error), Some(other)) => error < MUCH_CLOSER * other,
+            (error, _) => error.is_some(),
+        }
+    }
+
+    /// Of several terms those that still stand beside the others. A constant load was judged when it was named.
+    fn that_stand(&self, mut base: Fit, mut named: Vec<Winner>) -> (Fit, Vec<Winner>) {
+        let mut at = 0;
+        while named.len() > 1 && at < named.len() {
+            let kind = named.get(at).map(|winner| winner.scored.candidate.kind);
+            let judged = kind.filter(|kind| kind.name != "load_step");
+            let term =
+                judged.and_then(|kind| base.model.nominal.physics.iter().rposition(|t| t.kind == kind));
+            match (judged, term) {
+                (Some(kind), Some(term)) if self.beside(kind, &base).is_none() => {
+                    let Some(without) = constant_load::without(&base, term, self.train) else { break };
+                    base = without;
+                    named.remove(at);
+                }
+                _ => at += 1,
+            }
+        }
+        (base, named)
+    }
+
+    /// Two terms at once, where neither stands alone: what the other leaves is no noise. The first is one of those that bring the
+    /// closed loop closest, the second is searched on top of it, and each must stand beside the other.
+    fn pair(&self, round: &Round) -> Vec<Winner> {
+        let follow = |leader: &Candidate| {
+            let next = self.round(&leader.fit, leader.fit.clone());
+            let (second, _) = self.pick(&next.base, &next.scored);
+            let second = second.filter(|second| second.tied.len() <= MOST_TIED)?;
+            let first = self.beside(leader.kind, &second.scored.candidate.fit)?;
+            let error = error_at(&second.scored.candidate.fit, self.train)?;
+            Some((error, vec![Winner::alone(first), second]))
+        };
+        let pairs = round.leaders.iter().filter_map(follow);
+        pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair).unwrap_or_default()
+    }
+
+    /// A term of a fit, scored against the fit without it; `None` where it does not stand.
+    fn beside(&self, kind: &'static Kind, with: &Fit) -> Option<Scored> {
+        let term = with.model.nominal.physics.iter().rposition(|term| term.kind == kind)?;
+        let without = constant_load::without(with, term, self.train)?;
+        let scored = select::score(&without, vec![Candidate { kind, fit: with.clone() }], self.holdout);
+        scored.into_iter().find(|s| s.accepted() && self.veto(&without, &s.candidate.fit).is_none())
     }
 
     /// Whether the closed loop comes closer to the training part with the numbers of the plain fits.

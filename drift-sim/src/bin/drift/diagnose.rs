@@ -94,6 +94,9 @@ fn screen(found: &Diagnosis) -> String {
     for named in &found.physics {
         text += &physics(named, &found.nominal.unit_names());
     }
+    if found.far_off {
+        text += "  the loop stays far from what was measured: more is missing than can be named\n";
+    }
     for (what, says) in found.located() {
         text += &format!("  {}: {says}\n", what.to_lowercase());
     }

@@ -7,7 +7,7 @@
 //!
 //! * [`error`], [`output`]: errors of one line, files written whole or not at all. [`recording`]: r, y and u from files.
 //! * [`controller`], [`plant`], [`physics`], [`control_loop`], [`loop_file`]: what a loop is, and its TOML.
-//! * [`reference`], [`simulate`]: what a loop is asked to do, and the sampled loop doing it.
+//! * [`mod@reference`], [`mod@simulate`]: what a loop is asked to do, and the sampled loop doing it.
 //! * [`design`]: exact run lengths of the detectors. [`calibrate`], [`baseline_file`]: the healthy relation and thresholds
 //!   that keep a promise. [`monitor`]: drift-core over a recording.
 //! * [`diagnose`]: locate, name, fit and prove missing physics. [`paper`]: the paper's tables and figures.

@@ -22,6 +22,7 @@ pub mod holdout;
 pub mod identify;
 pub mod injected;
 pub mod interval;
+pub mod law_limit;
 pub mod linear_shape;
 pub mod locate;
 pub mod missing_drive;
@@ -221,6 +222,9 @@ pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
             Case { nominal: &model, train: recording, holdout: &held, whole: recording, guessed: true };
         return case.run_valve(&valve);
     }
+    let limit = law_limit::find(nominal, &train, &held);
+    let stated = nominal;
+    let nominal = limit.as_ref().map_or(nominal, |limit| &limit.model);
     let identified = identify::plant(nominal, &train)?;
     let mut model = identified.as_ref().map_or(nominal, |found| &found.nominal).clone();
     if another_law(&model, &train, &held) {
@@ -228,10 +232,11 @@ pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
     }
     let guessed = identified.is_some() || model.controller == Controller::Recorded;
     let case = Case { nominal: &model, train: &train, holdout: &held, whole, guessed };
-    if guessed {
-        return case.run_recorded(identified.as_ref());
-    }
-    case.run()
+    let found = if guessed { case.run_recorded(identified.as_ref()) } else { case.run() }?;
+    Ok(match limit {
+        Some(limit) => found.with_law_limit(limit, stated, &train, &held),
+        None => found,
+    })
 }
 
 /// Whether the hold-out was recorded under another law than the stated one, which the training part follows: closing the loop

@@ -36,9 +36,8 @@ impl Start {
 
     /// A first estimate from the beginning of a recording: y as measured, its rate from the first five samples, and
     /// the integrator with which the law gives the first u. What was held before is, for a law with an integrator,
-    /// that integrator (the first u may be the kick of a reference's step), else the first u. Rest where the
-    /// recording
-    /// is empty.
+    /// that integrator (the first u may be the kick of a reference's step), else the first u. An integrator that stands still is a
+    /// bias, which all of the recording tells: the first u may lie at a limit. Rest where the recording is empty.
     pub fn from_recording(model: &Loop, r: &[f64], y: &[f64], u: &[f64]) -> Self {
         let (Some(&r0), Some(&y0), Some(&u0)) = (r.first(), y.first(), u.first()) else {
             return Self::rest(model);
@@ -48,7 +47,12 @@ impl Start {
         let velocity = if span == 0 { 0.0 } else { (far - y0) / (span as f64 * model.sample_time_s) };
         let mut law = Law::new(&model.controller, model.sample_time_s);
         law.start(0.0, y0, velocity, u0);
-        let integrator = law.integrator_for(r0, y0, u0);
+        let integrator = if stands_still(&model.controller) {
+            let biases = r.iter().zip(y).zip(u).map(|((r, y), u)| law.integrator_for(*r, *y, *u));
+            median(biases.filter(|bias| bias.is_finite()).collect())
+        } else {
+            law.integrator_for(r0, y0, u0)
+        };
         let u = match &model.controller {
             Controller::Pi(_) | Controller::Pid(_) => model.controller.limits().clip(integrator),
             Controller::PVelocity(_) | Controller::Recorded => u0,
@@ -74,6 +78,23 @@ impl Start {
             }
         })
     }
+}
+
+/// Whether the law's integrator never moves.
+fn stands_still(controller: &Controller) -> bool {
+    match controller {
+        Controller::Pi(law) => law.ki == 0.0,
+        Controller::Pid(law) => law.ki == 0.0 && law.kd == 0.0,
+        Controller::PVelocity(_) | Controller::Recorded => false,
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// The x with `c x + d q = y` that makes `|a x + b q|` smallest; of several, the smallest x.

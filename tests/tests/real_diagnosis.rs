@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, diagnose, identify, prove, valve};
+use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, identify, prove, valve};
 use drift_sim::physics::Term;
 use drift_sim::recording::{ReadOptions, Recording};
 
@@ -35,8 +35,12 @@ fn signals(path: &Path, model: &Loop) -> Signals {
 fn row(name: &str, recording: &Path, holdout: Option<&Path>, model: &Loop) -> Option<Diagnosis> {
     let train = signals(recording, model);
     let holdout = holdout.map(|path| signals(path, model));
+    judged(name, &train, holdout.as_ref(), model)
+}
+
+fn judged(name: &str, train: &Signals, holdout: Option<&Signals>, model: &Loop) -> Option<Diagnosis> {
     let began = Instant::now();
-    let found = match diagnose(&train, holdout.as_ref(), model) {
+    let found = match diagnose(train, holdout, model) {
         Ok(found) => found,
         Err(error) => {
             println!("| {name} | nothing: {error} | - | - | - | {:.1} s |", began.elapsed().as_secs_f64());
@@ -67,13 +71,14 @@ fn row(name: &str, recording: &Path, holdout: Option<&Path>, model: &Loop) -> Op
         let u = fit.and_then(|fit| fit.u_pct).map_or("-".into(), |u| format!("{u:.1}"));
         format!("{} / {u}", fit.map_or("-".into(), |fit| format!("{:.3}", fit.y_pct)))
     };
+    let fits = if found.holdout.after.is_some() { found.holdout } else { found.train };
     println!(
         "| {name} | {} {} | {} | {} | {} | {took:.1} s |",
         found.verdict.name(),
         named.join("; "),
-        show(found.holdout.nominal),
-        show(found.holdout.before),
-        show(found.holdout.after)
+        show(fits.nominal),
+        show(fits.before),
+        show(fits.after)
     );
     Some(found)
 }
@@ -83,7 +88,138 @@ fn term<'a>(found: &'a Diagnosis, kind: &str) -> Option<&'a Term> {
 }
 
 fn head() {
-    println!("| recording | named | y / u nominal % | refitted % | improved % (hold-out) | time |");
+    println!(
+        "| recording | named | y / u nominal % | refitted % | improved % (hold-out, or all where nothing was held out) | time |"
+    );
+}
+
+/// EMPS: a loop file with no word of dry friction and of a constant load. Published by the data's authors: 20.39 N, and either
+/// -3.16 N or, without a load, viscous friction of 166.7 N s/m forward and 240.4 N s/m back. y fits 99.98 % without any of it.
+#[test]
+#[ignore = "slow: a minute of real recordings"]
+fn friction_and_load_of_a_drive() {
+    let Some(folder) = folder("emps") else { return };
+    head();
+    let model = Loop::read(&folder.join("loop_pulses.toml")).unwrap();
+    let (train, holdout) = (folder.join("emps_train.csv"), folder.join("emps_pulses_ctrl.csv"));
+    let found = row("EMPS, hold-out with known pulses", &train, Some(&holdout), &model).unwrap();
+    assert_eq!(found.physics[0].term.kind.name, "coulomb_friction");
+    let friction = &found.physics[0];
+    assert!((friction.term.value("level").unwrap() - 20.39).abs() < 0.5 + friction.half_widths[0]);
+    let load = found.physics.iter().find(|named| named.term.kind.name == "load_step").unwrap();
+    let first = load.moved_from().unwrap_or(&load.term).value("level").unwrap();
+    println!("the load when it was named: {first:.3} N");
+    assert!((first + 3.16).abs() < 0.3);
+    // Together with friction by direction, which takes the load's place.
+    let by_direction = found.physics.iter().find(|n| n.term.kind.name == "directional_friction").unwrap();
+    let viscous = match &found.improved.plant {
+        drift_sim::plant::Plant::Servo(servo) => servo.viscous,
+        _ => f64::NAN,
+    };
+    let [forward, back] =
+        ["viscous_pos", "viscous_neg"].map(|name| viscous + by_direction.term.value(name).unwrap());
+    println!("viscous friction {forward:.1} N s/m forward, {back:.1} N s/m back");
+    assert!((forward - 166.7).abs() < 15.0 && (back - 240.4).abs() < 15.0);
+    let [before, after] = [found.holdout.before, found.holdout.after].map(|fit| fit.unwrap());
+    assert!(before.y_pct > 99.97 && after.y_pct > 99.97);
+    assert!(after.u_pct.unwrap() > 97.4);
+}
+
+/// The same with friction and load stated and a mass that is a fifth too large: no new physics.
+#[test]
+#[ignore = "slow: a quarter of a minute of real recordings"]
+fn a_wrong_mass_is_a_parameter() {
+    let Some(folder) = folder("emps") else { return };
+    head();
+    let mut model = Loop::read(&folder.join("loop_pulses.toml")).unwrap();
+    model.physics.push(Term::new("coulomb_friction", &[("level", 20.39)]).unwrap());
+    model.physics.push(Term::new("load_step", &[("level", -3.16)]).unwrap());
+    if let drift_sim::plant::Plant::Servo(servo) = &mut model.plant {
+        servo.inertia *= 1.2;
+    }
+    let (train, holdout) = (folder.join("emps_train.csv"), folder.join("emps_pulses_ctrl.csv"));
+    let found = row("EMPS, mass + 20 %", &train, Some(&holdout), &model).unwrap();
+    assert_eq!(found.verdict, Verdict::Parameters);
+    let mass = found.parameters.iter().find(|p| p.name == "plant.inertia").unwrap();
+    assert!((mass.value - 95.11).abs() < 1.0, "{mass:?}");
+}
+
+/// A servo trainer whose law was limited at 1, 5 and 9.28 V, u recorded behind the limit; the loop file knows of none. The first 2 s are
+/// left out, as its documentation asks.
+#[test]
+#[ignore = "slow: a minute of real recordings"]
+fn limits_of_a_servo_trainer() {
+    let Some(folder) = folder("ce110_servo") else { return };
+    head();
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("loop.toml");
+    let text = "[loop]\nsample_time_s = 0.1\n[units]\nr = \"V\"\ny = \"V\"\nu = \"V\"\n\
+                [controller]\nkind = \"pi\"\nkp = 4.83\nki = 0.0\n[plant]\nkind = \"identify\"\n";
+    std::fs::write(&path, text).unwrap();
+    let model = Loop::read(&path).unwrap();
+    for (name, limit) in [("pos_sat1", 1.0), ("pos_sat5", 5.0), ("pos_sat9p28", 9.28)] {
+        let text = std::fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap();
+        let time = |line: &str| line.split(',').next().and_then(|t| t.parse::<f64>().ok());
+        let kept: Vec<&str> = text.lines().filter(|line| time(line).is_none_or(|t| t >= 2.0)).collect();
+        let cut = temporary.path().join(format!("{name}.csv"));
+        std::fs::write(&cut, kept.join("\n")).unwrap();
+        let found = row(&format!("ce110 {name}"), &cut, None, &model);
+        let found = found.as_ref().and_then(|found| term(found, "saturation"));
+        // In the third the limit is met by 6 of 414 samples: too few to tell.
+        if limit < 9.0 {
+            let found = found.unwrap();
+            for side in [-found.value("lower").unwrap(), found.value("upper").unwrap()] {
+                assert!((side - limit).abs() < 0.1, "{found:?}");
+            }
+        }
+    }
+}
+
+/// A small servo that swings a pendulum of 0.49 kg at 0.1 m; gear friction grows with the load. Nothing of either is stated.
+#[test]
+#[ignore = "slow: some seconds of real recordings"]
+fn weight_and_load_dependent_friction_of_a_small_servo() {
+    let Some(folder) = folder("bam_xl330") else { return };
+    head();
+    let temporary = tempfile::tempdir().unwrap();
+    let path = temporary.path().join("loop.toml");
+    let text = "[loop]\nsample_time_s = 0.00517\n[units]\nr = \"rad\"\ny = \"rad\"\nu = \"1\"\n\
+                [controller]\nkind = \"pi\"\nkp = 1.1508\nki = 0.0\nu_min = -1.0\nu_max = 1.0\n\
+                [plant]\nkind = \"servo\"\noutput = \"position\"\ninertia = 0.0055\nviscous = 0.02\nactuator_gain = 0.5\n";
+    std::fs::write(&path, text).unwrap();
+    let model = Loop::read(&path).unwrap();
+    let read = |name: &str| {
+        let options = ReadOptions { resample_s: Some(0.00517), ..ReadOptions::default() };
+        Signals::new(&Recording::read(&folder.join(name), &options).unwrap(), &model).unwrap()
+    };
+    let (train, holdout) = (read("xl330_kp400_sin_sin.csv"), read("xl330_kp400_up_and_down.csv"));
+    let found = judged("bam xl330, other motion held out", &train, Some(&holdout), &model).unwrap();
+    assert!(found.physics.len() > 1);
+    let weight = term(&found, "gravity").unwrap();
+    assert!(weight.value("phase").unwrap().abs() < 0.1, "the pendulum hangs at zero: {weight:?}");
+    assert!(term(&found, "load_dependent_friction").is_some());
+    let [before, after] = [found.holdout.before, found.holdout.after].map(|fit| fit.unwrap().u_pct.unwrap());
+    assert!(after > 80.0 && before < 50.0);
+    assert!(found.far_off, "back-EMF and a gain below one remain, and it says so");
+}
+
+/// An air handler whose heating valve leaks (imposed): the cooling valve pays for it, the supply air stays where it was. Its set-point never
+/// moves, so that nothing is known of the plant, and it must not make up a cause. (`drift monitor` against outdoor air sees the leak.)
+#[test]
+#[ignore = "slow: some seconds of real recordings"]
+fn nothing_is_made_up_of_an_air_handler_that_only_holds() {
+    let Some(folder) = folder("ahu") else { return };
+    head();
+    let temporary = tempfile::tempdir().unwrap();
+    let model = export(&temporary, 60.0, ["degC", "1"]);
+    for day in ["2007-08-29_leak1p0gpm", "2008-08-19_nofault", "2009-05-04_nofault"] {
+        let options = ReadOptions { when: vec!["occupied=1".parse().unwrap()], ..ReadOptions::default() };
+        let recording = Recording::read(&folder.join(format!("ers_{day}.csv")), &options).unwrap();
+        let occupied = Signals::new(&recording, &model).unwrap();
+        if let Some(found) = judged(&format!("ahu {day}"), &occupied, None, &model) {
+            assert!(found.physics.is_empty() && found.far_off);
+        }
+    }
 }
 
 /// Pulses at the actuator of which the loop file says nothing. Truth: 25 pulses of 0.5 s, one a second, of 1.0139*5 V.
@@ -231,7 +367,7 @@ fn sticking_valves_of_a_refinery() {
         }
         if let (Some(stiction), true) = (stiction, name.starts_with("stiction_2411FIC20102")) {
             let band = stiction.value("stick_band").unwrap();
-            assert!((0.8..3.0).contains(&band), "{name}: {band}");
+            assert!((0.5..3.0).contains(&band), "{name}: {band}");
             found_of_flow += 1;
         }
     }

@@ -57,7 +57,7 @@ impl Case<'_> {
     }
 
     /// Whether the closed loop of the hold-out comes no further from what was measured.
-    fn helps(&self, base: &Fit, with: &Fit) -> bool {
+    pub(super) fn helps(&self, base: &Fit, with: &Fit) -> bool {
         // A constant load may lie under the search.
         let named = base.model.nominal.physics.iter().skip(self.nominal.physics.len());
         let is_first = named.filter(|term| term.kind.name != "load_step").count() == 0;

@@ -10,10 +10,17 @@ use super::missing_drive::{self, MissingDrive};
 use super::model::{self, Target};
 use super::select::{Scored, Winner};
 use super::signals::Signals;
+use super::whiten::effective_samples;
 use super::{
     Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, controller_fault, excitation,
     features, interval, locate, prove, sensor_effects,
 };
+
+/// What refitted numbers must gain to be called other numbers.
+const REFIT_GAIN: f64 = 20.0;
+
+/// Fit of unseen y, per cent, that an identified plant must reach for anything to be said: half of the variance.
+const FOLLOWED: f64 = 29.3;
 
 /// Where a search ended.
 pub(super) struct Ending {
@@ -58,7 +65,7 @@ impl Case<'_> {
                     self.nominal.physics.len() + index,
                     scored.candidate.kind,
                 ),
-                first: first_named(scored),
+                first: first_named(scored, self.nominal.physics.len() + index),
                 tied: tied.clone(),
                 train_gain: scored.train_gain,
                 holdout_errors: scored.holdout_errors,
@@ -105,7 +112,7 @@ impl Case<'_> {
         }
         let parameters = refitted_parameters(&base, &widths);
         let changed = !self.guessed
-            && refit.log_likelihood - stated.clone().renoised().log_likelihood > 20.0
+            && refit_gain(&refit, &stated) > REFIT_GAIN
             && parameters.iter().any(|p| {
                 (p.value - p.nominal).abs() > p.half_width && (p.value / p.nominal - 1.0).abs() > 0.005
             });
@@ -121,6 +128,7 @@ impl Case<'_> {
             before: fit_pct(&refitted, signals),
             after: fit_pct(&improved, signals),
         };
+        let holdout = fits(self.holdout);
         let improvement =
             match (prove::run(&refitted, self.holdout, 0), prove::run(&improved, self.holdout, 0)) {
                 (Some(a), Some(b)) => prove::improvement(&a, &b, self.nominal, self.holdout),
@@ -138,13 +146,13 @@ impl Case<'_> {
             place,
             spans: locate::spans(&refit, &base, self.train),
             depends_on: depends_on.unwrap_or_default(),
-            far_off,
+            far_off: far_off || (self.guessed && holdout.after.is_none_or(|fit| fit.y_pct < FOLLOWED)),
             physics,
             parameters,
             rejected,
             untestable,
             train: fits(self.train),
-            holdout: fits(self.holdout),
+            holdout,
             improvement,
             noise_floor: noise_floor(&improved, sensor_noise(&base), self.holdout),
             nominal: self.nominal.clone(),
@@ -157,6 +165,14 @@ impl Case<'_> {
     }
 }
 
+/// What refitted numbers gain, log-likelihood of independent samples.
+fn refit_gain(refit: &Fit, stated: &Fit) -> f64 {
+    let stated = if refit.model.whitens() { stated.clone().renoised() } else { stated.clone() };
+    let white = refit.white();
+    let share = effective_samples(&white) / white.len().max(1) as f64;
+    share * (refit.log_likelihood - stated.log_likelihood)
+}
+
 /// Variance of the sensor's noise: without a noise model what is left of the fit is more than that.
 fn sensor_noise(base: &Fit) -> f64 {
     if base.model.whitens() {
@@ -167,10 +183,12 @@ fn sensor_noise(base: &Fit) -> f64 {
 }
 
 /// The term with its numbers as they were when it was named, before others came beside it.
-fn first_named(scored: &Scored) -> Option<Term> {
+fn first_named(scored: &Scored, index: usize) -> Option<Term> {
     let fit = &scored.candidate.fit;
     let (then, _) = fit.model.loop_at(&fit.model.x)?;
-    then.physics.into_iter().rev().find(|term| term.kind == scored.candidate.kind)
+    let same = |term: &&Term| term.kind == scored.candidate.kind;
+    // Terms named before may have gone since.
+    then.physics.get(index).filter(same).or_else(|| then.physics.iter().rev().find(same)).cloned()
 }
 
 fn term_widths(fit: &Fit, widths: &[f64], term: usize, kind: &Kind) -> Vec<f64> {

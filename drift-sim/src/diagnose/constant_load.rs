@@ -6,6 +6,7 @@ use crate::physics::Term;
 use crate::plant::Plant;
 
 use super::fit::{Effort, Fit};
+use super::model::Target;
 use super::signals::{Signals, deviation};
 use super::whiten::Whitener;
 
@@ -21,6 +22,13 @@ pub fn under(fit: &Fit, signals: &Signals) -> Option<Fit> {
     let load = Term::new("load_step", &[("level", little)]).ok()?;
     let model = fit.model.with_term(&load, false, signals.duration_s());
     Fit::start(&model, signals, &Whitener::none())
+}
+
+/// The level of the constant load among the free numbers of a fit, in the drive's unit; 0 where there is none.
+pub fn laid_under(fit: &Fit) -> f64 {
+    let physics = &fit.model.nominal.physics;
+    let load = physics.iter().position(|term| term.kind.name == "load_step" && term.onset_s == 0.0);
+    load.and_then(|term| fit.value(Target::Term { term, parameter: 0 })).unwrap_or(0.0)
 }
 
 /// The fit without its term of this place among the loop's, refitted.

@@ -7,6 +7,7 @@
 use crate::physics::{Kind, Term};
 
 use super::candidates::Candidate;
+use super::constant_load;
 use super::fit::{Effort, Fit};
 use super::missing_drive::MissingDrive;
 use super::model::Model;
@@ -197,7 +198,10 @@ pub fn candidate(seen_by: &Fit, base: &Fit, train: &Signals, whole: &Signals) ->
     let error = seen_by.model.residual(&seen_by.model.x, whole)?;
     let linear = model.plant.linear().ok()??;
     let error = observer::undone(&model.plant, &error, whole.sample_time_s);
-    let missing = MissingDrive::of(&linear, &error, whole.sample_time_s)?;
+    let mut missing = MissingDrive::of(&linear, &error, whole.sample_time_s)?;
+    // A constant load that lies under the search has taken the middle of the two levels to nothing.
+    let load = constant_load::laid_under(seen_by);
+    missing.value.iter_mut().for_each(|drive| *drive -= load);
     let (level, spans) = spans(&missing.value, model.plant.drive_gain(), whole.sample_time_s)?;
     // The same numbers by which it was seen, then free.
     let trial = trial(&seen_by.model, level, spans, whole.duration_s())?;

@@ -1,7 +1,7 @@
 //! A limit of u that the stated law does not have, where u was recorded behind it.
 //!
-//! The law's own output goes beyond the recorded u there, and only there, and u stays at one level. The replay needs no model of the
-//! plant. Such a limit becomes one of the law itself, so that an integrator stops at it as the real one did; a limit behind
+//! The law is replayed with limits at the ends of the recorded u; where that brings it much closer, on the hold-out as well, it was limited
+//! there. The replay needs no model of the plant. Such a limit becomes one of the law itself, so that an integrator stops at it as the real one did; a limit behind
 //! the recorded u is another matter, and the plant's ([`super::identify`], and the search).
 
 use crate::control_loop::Loop;
@@ -16,12 +16,10 @@ use super::{Diagnosis, Fits, Named, Verdict};
 
 /// Part of the replay's error, root mean square, that the limit may leave.
 const MAY_LEAVE: f64 = 0.6;
-/// Least share of the samples at a limit.
-const LEAST_SAMPLES: f64 = 0.01;
-/// Width of a limit's level, as a part of the range of u: noise of the recorded u.
-const LEVEL: f64 = 0.05;
-/// How far beyond the level the law must want to go, as a part of the range of u.
-const BEYOND: f64 = 0.05;
+/// Least samples at a limit.
+const LEAST_SAMPLES: usize = 5;
+/// Width of a limit's level, as parts of the range of u: noise of the recorded u. The likeliest is taken.
+const WIDTHS: [f64; 3] = [0.002, 0.02, 0.05];
 
 /// The limit.
 #[derive(Debug, Clone)]
@@ -37,32 +35,29 @@ pub struct LawLimit {
 }
 
 /// One side: its level and the scatter of u around it.
+#[derive(Clone, Copy)]
 struct Side {
     level: f64,
     half_width: f64,
 }
 
-/// The limit, if the law goes beyond what was recorded, and with the limit it comes much closer on both recordings.
+/// The limit, if with it the law comes much closer to the recorded u on both recordings.
 pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit> {
     let free = replay(model, train)?;
     if free.relative < TOLERANCE || deviation(&train.u) <= 0.0 {
         return None;
     }
-    let sides = [-1.0, 1.0].map(|side| level(side, &train.u, &free.u));
-    let stated = model.controller.limits();
-    let limits = Limits {
-        u_min: sides[0].as_ref().map_or(stated.u_min, |side| side.level),
-        u_max: sides[1].as_ref().map_or(stated.u_max, |side| side.level),
-    };
-    if limits == stated || limits.u_min >= limits.u_max {
-        return None;
-    }
-    let limited = Loop { controller: with_limits(&model.controller, limits)?, ..model.clone() };
-    let left = |signals: &Signals| {
-        let (with, without) = (replay(&limited, signals)?, replay(model, signals)?);
-        Some((error(&with, signals), error(&without, signals)))
-    };
-    let ((with, without), (held_with, held_without)) = (left(train)?, left(holdout)?);
+    let (lower, upper) = (levels(-1.0, &train.u), levels(1.0, &train.u));
+    let pairs = lower.iter().flat_map(|low| upper.iter().map(move |high| [*low, *high]));
+    let (with, sides, limited) = pairs
+        .filter_map(|sides| {
+            let limited = limited(model, sides)?;
+            Some((error(&replay(&limited, train)?, train), sides, limited))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let without = error(&free, train);
+    let (held_with, held_without) =
+        (error(&replay(&limited, holdout)?, holdout), error(&replay(model, holdout)?, holdout));
     let much = MAY_LEAVE * MAY_LEAVE;
     if with > much * without || held_with > much * held_without {
         return None;
@@ -70,6 +65,7 @@ pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit
     // A side without a limit is put beyond all that the law asked for.
     let reach = free.u.iter().map(|v| v.abs()).fold(0.0, f64::max) * 2.0;
     let finite = |limit: f64| if limit.is_finite() { limit } else { reach * limit.signum() };
+    let limits = limited.controller.limits();
     let parameters = [("lower", finite(limits.u_min)), ("upper", finite(limits.u_max))];
     Some(LawLimit {
         term: Term::new("saturation", &parameters).ok()?,
@@ -80,31 +76,36 @@ pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit
     })
 }
 
+/// The loop with these limits beside those that its law states.
+fn limited(model: &Loop, sides: [Option<Side>; 2]) -> Option<Loop> {
+    let stated = model.controller.limits();
+    let [lower, upper] = sides;
+    let limits = Limits {
+        u_min: lower.map_or(stated.u_min, |side| side.level),
+        u_max: upper.map_or(stated.u_max, |side| side.level),
+    };
+    let other = limits != stated && limits.u_min < limits.u_max;
+    Some(Loop { controller: with_limits(&model.controller, limits).filter(|_| other)?, ..model.clone() })
+}
+
+/// Where u may have stayed on this side: no limit, and the mean of what lies within each width of its extreme.
+fn levels(side: f64, u: &[f64]) -> Vec<Option<Side>> {
+    let (lowest, highest) =
+        u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+    let (range, extreme) = (highest - lowest, if side > 0.0 { highest } else { lowest });
+    let within = |width: f64| {
+        let at: Vec<f64> = u.iter().copied().filter(|u| (extreme - u).abs() <= width * range).collect();
+        let level = at.iter().sum::<f64>() / at.len().max(1) as f64;
+        let half_width = 1.96 * deviation(&at).max(1e-6 * range);
+        (at.len() >= LEAST_SAMPLES).then_some(Side { level, half_width })
+    };
+    std::iter::once(None).chain(WIDTHS.into_iter().map(within).filter(Option::is_some)).collect()
+}
+
 /// Mean square of what the law misses u by, late as it may be.
 fn error(replay: &ControllerReplay, signals: &Signals) -> f64 {
     let late = signals.u.iter().skip(replay.shift).zip(&replay.u).map(|(u, v)| u - v);
     mean_square(&late.collect::<Vec<f64>>())
-}
-
-/// Where u stays while the law wants to go further on this side.
-fn level(side: f64, u: &[f64], wanted: &[f64]) -> Option<Side> {
-    let (lowest, highest) =
-        u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
-    let range = highest - lowest;
-    let extreme = if side > 0.0 { highest } else { lowest };
-    let at: Vec<f64> = u
-        .iter()
-        .zip(wanted)
-        .filter(|(u, v)| (extreme - **u).abs() < LEVEL * range && side * (**v - extreme) > BEYOND * range)
-        .map(|(u, _)| *u)
-        .collect();
-    // While it wants to go further, u must be there: elsewhere the law is another, not limited.
-    let wants = wanted.iter().filter(|v| side * (**v - extreme) > BEYOND * range).count();
-    if (at.len() as f64) < LEAST_SAMPLES * u.len() as f64 || 2 * at.len() < wants {
-        return None;
-    }
-    let level = at.iter().sum::<f64>() / at.len() as f64;
-    Some(Side { level, half_width: 1.96 * deviation(&at).max(1e-6 * range) })
 }
 
 fn with_limits(controller: &Controller, limits: Limits) -> Option<Controller> {
@@ -176,7 +177,9 @@ mod tests {
         assert!(matches!(&model.controller, Controller::Pi(Pi { .. })));
         let free = recorded(1e9, 1);
         assert!(find(&model, &free, &recorded(1e9, 2)).is_none());
-        let limit = 0.5 * free.u.iter().map(|u| u.abs()).fold(0.0, f64::max);
+        let mut sizes: Vec<f64> = free.u.iter().map(|u| u.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let limit = sizes[sizes.len() * 9 / 10];
         let found = find(&model, &recorded(limit, 1), &recorded(limit, 2)).unwrap();
         assert!((found.term.value("upper").unwrap() / limit - 1.0).abs() < 1e-3, "{found:?}");
         assert!((found.term.value("lower").unwrap() / limit + 1.0).abs() < 1e-3, "{found:?}");

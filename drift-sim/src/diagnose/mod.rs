@@ -220,7 +220,9 @@ pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
         let model = Loop { plant: valve.plant.clone(), ..nominal.clone() };
         let case =
             Case { nominal: &model, train: recording, holdout: &held, whole: recording, guessed: true };
-        return case.run_valve(&valve);
+        if let Some(found) = case.run_valve(&valve)? {
+            return Ok(found);
+        }
     }
     let limit = law_limit::find(nominal, &train, &held);
     let stated = nominal;

@@ -57,14 +57,21 @@ struct Writing<'a> {
 impl Writing<'_> {
     fn verdict(&self) -> String {
         let found = self.found;
-        let gain = match (found.holdout.before, found.holdout.after) {
+        let (data, fits) = match found.holdout.after {
+            Some(_) => ("On unseen data", found.holdout),
+            None => ("Over the recording, nothing being held out,", found.train),
+        };
+        let gain = match (fits.before, fits.after) {
             (Some(a), Some(b)) => match (a.u_pct, b.u_pct) {
-                (Some(a), Some(b)) => format!(" On unseen data the fit of u goes from {a:.1} % to {b:.1} %."),
-                _ => format!(" On unseen data the fit of y goes from {:.1} % to {:.1} %.", a.y_pct, b.y_pct),
+                (Some(a), Some(b)) => format!(" {data} the fit of u goes from {a:.1} % to {b:.1} %."),
+                _ => format!(" {data} the fit of y goes from {:.1} % to {:.1} %.", a.y_pct, b.y_pct),
             },
             _ => String::new(),
         };
         match found.verdict {
+            Verdict::NoMismatch | Verdict::Parameters if found.far_off => {
+                "Nothing can be said: the plant that could be identified does not follow y where it has not seen it.".into()
+            }
             Verdict::NoMismatch => {
                 "The model explains the recording; nothing is missing that it could show.".into()
             }

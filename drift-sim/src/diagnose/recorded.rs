@@ -19,7 +19,7 @@ use super::select::{self, Scored, Winner};
 use super::spans::{self, Acting};
 use super::valve::Valve;
 use super::whiten::{Whitener, effective_samples};
-use super::{Case, Diagnosis, controller_replay};
+use super::{Case, Diagnosis, Fits, controller_replay};
 
 /// Standard errors of its weakest span by which what comes and goes must be there.
 const LEAST_ERRORS: f64 = 4.0;
@@ -33,6 +33,15 @@ fn at_its_operating_point(model: &Model) -> Model {
     let held = |free: &&Free| matches!(free.target, Target::Plant(_)) && free.name != "plant.offset";
     let targets: Vec<Target> = model.free.iter().filter(held).map(|free| free.target).collect();
     targets.into_iter().fold(model.clone(), |model, target| model.held(target))
+}
+
+impl Diagnosis {
+    /// Of events that were looked for in the whole recording nothing was held out.
+    fn nothing_held_out(mut self) -> Self {
+        self.holdout = Fits::default();
+        self.improvement = None;
+        self
+    }
 }
 
 impl Case<'_> {
@@ -85,6 +94,9 @@ impl Case<'_> {
         });
         let base = Fit::start(&with, self.whole, &Whitener::none()).ok_or_else(lost)?;
         let base = base.renoised().search(self.whole, Effort::FULL).settle(self.whole, Effort::FULL);
+        if !self.helps(&refit, &base) {
+            return Ok(None);
+        }
         let named = acting.into_iter().map(|acting| {
             let candidate = Candidate { kind: acting.term.kind, fit: base.clone() };
             let (train_gain, holdout_errors) = (acting.gain, acting.errors);
@@ -95,11 +107,12 @@ impl Case<'_> {
         let named = named.collect();
         let rejected = Vec::new();
         let ending = Ending { stated, refit, base, named, located: None, rejected, missing, controller };
-        case.conclude(ending).map(Some)
+        case.conclude(ending).map(|found| Some(found.nothing_held_out()))
     }
 
-    /// The diagnosis of a valve that sticks: its numbers stay as they were found, the plant's are refitted.
-    pub(super) fn run_valve(&self, valve: &Valve) -> Result<Diagnosis> {
+    /// The diagnosis of a valve that sticks: its numbers stay as they were found, the plant's are refitted; `None` where y is followed no
+    /// better with it.
+    pub(super) fn run_valve(&self, valve: &Valve) -> Result<Option<Diagnosis>> {
         let start = |model: &Model| Fit::start(model, self.train, &Whitener::none()).ok_or_else(lost);
         let stated = start(&Model::refit(self.nominal, self.train))?;
         let refit = stated.clone().search(self.train, Effort::FULL).renoised();
@@ -108,6 +121,10 @@ impl Case<'_> {
         let model = model.held(Target::Term { term, parameter: 0 });
         let model = model.held(Target::Term { term, parameter: 1 });
         let base = start(&model)?.search(self.train, Effort::FULL).renoised();
+        // A noise model may hide that the linear plant by itself follows y better.
+        if mean_square(&base.residual) > mean_square(&refit.residual) {
+            return Ok(None);
+        }
         let candidate = Candidate { kind: valve.term.kind, fit: base.clone() };
         let scored = self.score_free_run(&refit, candidate.clone());
         let scored = Scored {
@@ -125,7 +142,7 @@ impl Case<'_> {
         if let Some(named) = found.physics.first_mut() {
             named.half_widths.clone_from(&valve.half_widths);
         }
-        Ok(found)
+        Ok(Some(found.nothing_held_out()))
     }
 
     /// The limit with which the plant was identified, against the best linear plant without.

@@ -1,7 +1,9 @@
 //! A recording as the diagnosis uses it: r, y, u and the loop's measured inputs, in the loop's sample time.
 
+use std::ops::Range;
+
 use crate::control_loop::Loop;
-use crate::recording::Recording;
+use crate::recording::{Recording, RowState};
 use crate::{Error, Result};
 
 /// The fewest samples from which anything is concluded.
@@ -10,7 +12,16 @@ pub const LEAST_SAMPLES: usize = 100;
 /// How far the loop file's sample time may be from the recording's: rounded time stamps and nominal rates.
 const CLOCK: f64 = 0.02;
 
-/// r, y, u and the measured inputs. y is NaN where it is missing; r, u and inputs hold their last value there.
+/// From the first to the last sample at which the loop was closed.
+fn closed(recording: &Recording) -> Range<usize> {
+    let is_closed = |state: &RowState| *state != RowState::Manual;
+    let first = recording.state.iter().position(is_closed);
+    let last = recording.state.iter().rposition(is_closed);
+    first.zip(last).map_or(0..recording.len(), |(first, last)| first..last + 1)
+}
+
+/// r, y, u and the measured inputs, from the first to the last sample at which the loop was closed. y is NaN where it is missing or the
+/// loop was open between; r, u and inputs hold their last value there.
 #[derive(Debug, Clone)]
 pub struct Signals {
     /// Seconds per sample.
@@ -44,14 +55,18 @@ impl Signals {
             .allowed("the same sample time in both")
             .in_file(&recording.name));
         }
-        let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(held));
+        let closed = closed(recording);
+        let part = |x: &[f64]| held(x.get(closed.clone()).unwrap_or(&[]));
+        let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(part));
+        let known = |i: usize| recording.state.get(i) != Some(&RowState::Manual);
+        let y = recording.y.iter().enumerate().map(|(i, y)| if known(i) { *y } else { f64::NAN });
         let signals = Self {
             sample_time_s: ours,
-            start_s: recording.start_s,
+            start_s: recording.time_s(closed.start),
             origin_s: 0.0,
-            r: held(&recording.r),
-            y: recording.y.clone(),
-            u: held(&recording.u),
+            r: part(&recording.r),
+            y: y.skip(closed.start).take(closed.len()).collect(),
+            u: part(&recording.u),
             inputs: inputs.collect::<Result<_>>().map_err(|e| e.in_file(&recording.name))?,
         };
         signals.check().map_err(|e| e.in_file(&recording.name))?;

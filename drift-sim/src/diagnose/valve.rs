@@ -21,6 +21,8 @@ use super::spectrum;
 /// What sticking must gain over the best linear plant, log-likelihood. Chosen with six loops of a refinery in view whose valves don't
 /// stick: those that are no sine gain less than half of it.
 const LEAST_GAIN: f64 = 25.0;
+/// Slips at least: a few are no more than steps, of whatever.
+const LEAST_SLIPS: usize = 6;
 /// Share of y's power in one frequency from which it is a sine, and the cycles that make one.
 const SINE: (f64, f64) = (0.9, 10.0);
 /// Closer than this, stiction and backlash are a tie.
@@ -131,7 +133,7 @@ fn judge(tried: &[Tried], linear: f64) -> Option<Valve> {
 fn sticking(signals: &Signals, shapes: &[&LinearShape], band: f64, jump: f64) -> Option<Tried> {
     let v = stem(&signals.u, band, jump);
     let moves = v.windows(2).filter(|pair| matches!(pair, [a, b] if a != b)).count();
-    if moves == 0 {
+    if moves < LEAST_SLIPS {
         return None;
     }
     shapes

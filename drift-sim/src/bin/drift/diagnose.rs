@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, Named, diagnose, identify, page, report};
+use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, identify, page, report};
 use drift_sim::physics::{Kind, UnitNames, shown};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
@@ -95,7 +95,12 @@ fn screen(found: &Diagnosis) -> String {
         text += &physics(named, &found.nominal.unit_names());
     }
     if found.far_off {
-        text += "  the loop stays far from what was measured: more is missing than can be named\n";
+        text += match found.verdict {
+            Verdict::NoMismatch | Verdict::Parameters => {
+                "  nothing can be said: the plant that could be identified does not follow y where it has not seen it\n"
+            }
+            _ => "  the loop stays far from what was measured: more is missing than can be named\n",
+        };
     }
     for (what, says) in found.located() {
         text += &format!("  {}: {says}\n", what.to_lowercase());
@@ -141,19 +146,23 @@ fn physics(named: &Named, units: &UnitNames) -> String {
     text
 }
 
-/// How well the closed loop fits unseen data.
+/// How well the simulated loop fits: unseen data, or, where nothing was held out, what all was fitted to.
 fn fits(found: &Diagnosis) -> String {
+    let (what, fits) = match found.holdout.nominal.or(found.holdout.after) {
+        Some(_) => ("fit on unseen data, %", found.holdout),
+        None => ("fit, nothing held out, %", found.train),
+    };
     let rows = [
-        ("as it came", found.holdout.nominal),
-        ("refitted", found.holdout.before),
-        ("improved", found.holdout.after),
+        ("as it came", fits.nominal),
+        ("refitted", fits.before),
+        ("improved", fits.after),
         ("noise alone leaves", found.noise_floor),
     ];
-    let mut text = String::from("  fit on unseen data, %          y          u\n");
+    let mut text = format!("  {what:25} {:>10} {:>10}\n", "y", "u");
     for (name, fit) in rows {
         if let Some(fit) = fit {
             let u = fit.u_pct.map_or(String::from("-"), |u| format!("{u:.2}"));
-            text += &format!("    {name:20} {:>10.3} {u:>10}\n", fit.y_pct);
+            text += &format!("    {name:20} {:>13.3} {u:>10}\n", fit.y_pct);
         }
     }
     if let Some([low, high]) = found.improvement.filter(|[low, _]| *low > 0.0) {

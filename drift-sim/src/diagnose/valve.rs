@@ -21,8 +21,8 @@ use super::spectrum;
 /// What sticking must gain over the best linear plant, log-likelihood. Chosen with six loops of a refinery in view whose valves don't
 /// stick: those that are no sine gain less than half of it.
 const LEAST_GAIN: f64 = 25.0;
-/// Slips at least: a few are no more than steps, of whatever.
-const LEAST_SLIPS: usize = 6;
+/// Slips at least: one is no more than a step, of whatever.
+const LEAST_SLIPS: usize = 3;
 /// Share of y's power in one frequency from which it is a sine, and the cycles that make one.
 const SINE: (f64, f64) = (0.9, 10.0);
 /// Closer than this, stiction and backlash are a tie.

@@ -4,10 +4,13 @@
 //! cargo run --release -p drift-examples --bin pictures -- docs/pictures
 //! ```
 //!
+//! `pictures FOLDER EMPS` draws the README's picture instead, from the folder with the recordings of that drive.
+//!
 //! For each kind of physics: a loop with it and without it. y hardly tells them apart, u does, and what the model can't
 //! explain, drawn against what it depends on, has a shape of its own.
 
 mod cases;
+mod concealed;
 mod explain;
 mod scene;
 mod signature;
@@ -20,10 +23,16 @@ use drift_sim::{Error, Result};
 
 fn main() -> ExitCode {
     let Some(folder) = std::env::args_os().nth(1).map(PathBuf::from) else {
-        eprintln!("usage: pictures FOLDER");
+        eprintln!("usage: pictures FOLDER [EMPS]");
         return ExitCode::from(2);
     };
-    match draw(&folder) {
+    let drawn = match std::env::args_os().nth(2) {
+        Some(emps) => concealed::drive(emps.as_ref())
+            .and_then(|figure| figure.write_svg(&folder.join("emps.svg")))
+            .map(|()| 1),
+        None => draw(&folder),
+    };
+    match drawn {
         Ok(count) => {
             println!("{count} pictures in {}", folder.display());
             ExitCode::SUCCESS

@@ -1,0 +1,171 @@
+//! The diagnosis on loops that this crate simulates: each time one thing is left out of the loop file, whose own numbers are off as well. The
+//! truth is what was put in. (An independent simulator: `.ci/cases`.)
+#![allow(clippy::unwrap_used)]
+
+use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::signals::Signals;
+use drift_sim::diagnose::{Diagnosis, Verdict, diagnose};
+use drift_sim::physics::Term;
+use drift_sim::plant::Plant;
+use drift_sim::recording::{Recording, RowState};
+use drift_sim::reference::Reference;
+use drift_sim::simulate::simulate;
+
+const MOTOR: &str = "[loop]\nsample_time_s = 0.005\n[units]\nr = \"rad/s\"\ny = \"rad/s\"\nu = \"V\"\nforce = \"N m\"\n\
+    [controller]\nkind = \"pi\"\nkp = 0.4\nki = 4.0\nu_min = -24.0\nu_max = 24.0\n\
+    [plant]\nkind = \"servo\"\noutput = \"speed\"\ninertia = 0.01\nviscous = 0.02\nactuator_gain = 0.1\n[sensor]\nnoise = 0.005\n";
+
+const OVEN: &str = "[loop]\nsample_time_s = 2.0\n[units]\nr = \"degC\"\ny = \"degC\"\nu = \"%\"\n\
+    [controller]\nkind = \"pi\"\nkp = 2.0\nki = 0.02\nu_min = 0.0\nu_max = 100.0\n\
+    [plant]\nkind = \"first-order\"\ngain = 0.8\ntime_constant_s = 150.0\ndelay_s = 6.0\noffset = 20.0\n[sensor]\nnoise = 0.02\n";
+
+/// Smooth set-points around `mean`.
+fn reference(mean: f64, sd: f64, samples: usize, seed: u64) -> Vec<f64> {
+    let steps = Reference::random(mean, sd, 400, seed).take_samples(samples);
+    let mut r = mean;
+    steps
+        .into_iter()
+        .map(|goal| {
+            r += 0.02 * (goal - r);
+            r
+        })
+        .collect()
+}
+
+/// A recording of the loop with this left out of it, the noise following from the seed.
+fn recorded(model: &Loop, left_out: &[Term], seed: u64) -> Signals {
+    let truth = Loop { physics: left_out.to_vec(), ..model.clone() };
+    let (mean, sd) = if matches!(model.plant, Plant::Servo(_)) { (0.0, 20.0) } else { (60.0, 6.0) };
+    let r = reference(mean, sd, 8000, seed);
+    let trace = simulate(&truth, &r, &[], seed, None).unwrap();
+    let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; r.len()]);
+    let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+    Signals::new(&recording, model).unwrap()
+}
+
+/// The loop file: its plant's first number is 5 % off.
+fn stated(text: &str) -> Loop {
+    let mut model = Loop::parse(text, "loop.toml").unwrap();
+    match &mut model.plant {
+        Plant::Servo(servo) => servo.inertia *= 1.05,
+        Plant::FirstOrder(oven) => oven.gain *= 1.05,
+        _ => {}
+    }
+    model
+}
+
+fn found(text: &str, left_out: &[Term]) -> Diagnosis {
+    let truth = Loop::parse(text, "loop.toml").unwrap();
+    let (train, holdout) = (recorded(&truth, left_out, 1), recorded(&truth, left_out, 2));
+    diagnose(&train, Some(&holdout), &stated(text)).unwrap()
+}
+
+/// The first named kind is the one that was left out, its numbers within 5 %, and u fits unseen data as well as noise lets it.
+fn assert_found(text: &str, kind: &str, parameters: &[(&str, f64)], onset_s: f64) {
+    let left_out = Term::new(kind, parameters).unwrap().from_s(onset_s);
+    let found = found(text, &[left_out]);
+    let named = found.physics.first().unwrap_or_else(|| panic!("{kind}: {:?}", found.rejected));
+    assert!(named.term.kind.name == kind || named.tied.contains(&kind), "{kind}: {:?}", found.physics);
+    if named.term.kind.name == kind {
+        for (name, truth) in parameters {
+            let ours = named.term.value(name).unwrap();
+            assert!((ours / truth - 1.0).abs() < 0.05, "{kind}.{name}: {ours}, true {truth}");
+        }
+    }
+    let [before, after, floor] =
+        [found.holdout.before, found.holdout.after, found.noise_floor].map(|fit| fit.unwrap().u_pct.unwrap());
+    println!("| {kind} | {} | {before:.1} | {after:.2} | {floor:.2} |", named.term.kind.name);
+    assert!(after > floor - 1.0 && after > before, "{kind}: {before} {after} {floor}");
+}
+
+#[test]
+fn dry_friction_of_a_motor() {
+    assert_found(MOTOR, "coulomb_friction", &[("level", 0.1)], 0.0);
+}
+
+#[test]
+fn lost_gain_of_an_oven() {
+    assert_found(OVEN, "gain_loss", &[("loss", 0.25)], 6000.0);
+}
+
+/// A numbers' fault is no physics.
+#[test]
+fn a_wrong_gain_is_a_parameter() {
+    let found = found(OVEN, &[]);
+    assert_eq!(found.verdict, Verdict::Parameters);
+    let gain = found.parameters.iter().find(|p| p.name == "plant.gain").unwrap();
+    assert!((gain.value / 0.8 - 1.0).abs() < 0.01, "{gain:?}");
+    // What was not found has a size from which it would have been.
+    assert!(found.rejected.iter().chain(&found.untestable).count() > 10);
+}
+
+#[test]
+#[ignore = "slow: ten diagnoses"]
+fn kinds_of_physics() {
+    println!("| left out | named | u before, % | after | noise alone |\n|---|---|---|---|---|");
+    for (kind, parameters, onset_s) in [
+        ("cogging", vec![("amplitude", 0.08), ("period", 6.0), ("phase", 1.0)], 0.0),
+        ("dead_zone", vec![("half_width", 0.8)], 0.0),
+        ("inertia_change", vec![("ratio", 1.5)], 20.0),
+        ("load_step", vec![("level", 0.2)], 15.0),
+        ("periodic_load", vec![("amplitude", 0.1), ("frequency_hz", 0.7)], 0.0),
+        ("saturation", vec![("lower", -6.0), ("upper", 6.0)], 0.0),
+    ] {
+        assert_found(MOTOR, kind, &parameters, onset_s);
+    }
+    for (kind, parameters, onset_s) in [
+        ("radiation", vec![("coefficient", 3e-9)], 0.0),
+        ("sensor_bias", vec![("bias", 2.0)], 7000.0),
+        ("backlash", vec![("width", 4.0)], 0.0),
+    ] {
+        assert_found(OVEN, kind, &parameters, onset_s);
+    }
+}
+
+/// Two at once, neither of which stands alone.
+#[test]
+#[ignore = "slow: one long diagnosis"]
+fn two_kinds_at_once() {
+    let friction = Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
+    let load = Term::new("load_step", &[("level", 0.15)]).unwrap().from_s(15.0);
+    let found = found(MOTOR, &[friction, load]);
+    let named: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
+    assert!(named.contains(&"coulomb_friction") && named.contains(&"load_step"), "{named:?}");
+}
+
+/// What can't be a recording of this loop is refused in one line, and nothing is made up.
+#[test]
+fn recordings_that_do_not_fit_are_refused_or_not_called_anything() {
+    let model = Loop::parse(MOTOR, "loop.toml").unwrap();
+    let refused = |change: &dyn Fn(&mut Recording)| {
+        let good = recorded(&model, &[], 3);
+        let state = vec![RowState::Valid; good.len()];
+        let mut recording = Recording {
+            sample_time_s: 0.005,
+            r: good.r,
+            y: good.y,
+            u: good.u,
+            state,
+            ..Recording::default()
+        };
+        change(&mut recording);
+        Signals::new(&recording, &model).and_then(|signals| diagnose(&signals, None, &model))
+    };
+    let message = |change: &dyn Fn(&mut Recording)| refused(change).unwrap_err().to_string();
+    assert!(message(&|r| r.sample_time_s = 0.01).contains("sample time"));
+    assert!(message(&|r| r.y.fill(1.0)).contains("y never changes"));
+    assert!(message(&|r| r.u.fill(0.0)).contains("u never changes"));
+    assert!(message(&|r| r.y.fill(f64::NAN)).contains("samples of y"));
+    let ten = |r: &mut Recording| {
+        for column in [&mut r.r, &mut r.y, &mut r.u] {
+            column.truncate(10);
+        }
+        r.state.truncate(10);
+    };
+    assert!(message(&ten).contains("10 samples"));
+    // A sensor of the other sign, or a thousandfold unit: whatever is said, it is not that all is well.
+    for factor in [-1.0, 1000.0] {
+        let found = refused(&|r| r.y.iter_mut().for_each(|y| *y *= factor));
+        assert!(found.is_err() || found.is_ok_and(|found| found.verdict != Verdict::NoMismatch));
+    }
+}

@@ -23,27 +23,46 @@ pub fn drive(folder: &Path) -> Result<Figure> {
     };
     let (train, unseen) = (read("emps_train.csv")?, read("emps_pulses_ctrl.csv")?);
     let found = diagnose(&train, Some(&unseen), &model)?;
-    let cycle = unseen.part(0, (CYCLE_S / unseen.sample_time_s) as usize);
-    let [without, with] = [&found.refitted, &found.improved].map(|model| prove::run(model, &cycle, 0));
-    let line = |name: &str, colour, x: &[f64]| Layer::signal(name, colour, 0.0, cycle.sample_time_s, x);
-    let percent = |fit: Option<prove::FitPct>, of_u: bool| {
-        let fit = fit.and_then(|fit| if of_u { fit.u_pct } else { Some(fit.y_pct) });
-        fit.map_or_else(String::new, |fit| format!(" ({fit:.2} %)"))
+    let all = [&found.nominal, &found.improved].map(|model| prove::run(model, &unseen, 0));
+    let [without, with] = all.map(|run| run.map(|run| (run.y, drive_of(&run.u, &model, &unseen))));
+    let measured = (unseen.y.clone(), drive_of(&unseen.u, &model, &unseen));
+    let cycle = (CYCLE_S / unseen.sample_time_s) as usize;
+    let line = |name: &str, colour, x: &[f64]| {
+        let shown = x.get(..cycle).unwrap_or(x);
+        Layer::signal(name, colour, 0.0, unseen.sample_time_s, shown)
     };
-    let panel = |what: &str, of_u: bool, measured: &[f64]| {
+    let panel = |what: &str, of: fn(&(Vec<f64>, Vec<f64>)) -> &[f64]| {
+        let measured = of(&measured);
         let mut layers = vec![line("measured", Colour::Grey, measured)];
-        for (name, colour, run, fit) in [
-            ("simulated without friction", Colour::Vermilion, &without, found.holdout.before),
-            ("with what was found", Colour::Blue, &with, found.holdout.after),
+        for (name, colour, run) in [
+            ("simulated, no friction", Colour::Vermilion, &without),
+            ("with what was found", Colour::Blue, &with),
         ] {
             if let Some(run) = run {
-                let x = if of_u { &run.u } else { &run.y };
-                layers.push(line(&format!("{name}{}", percent(fit, of_u)), colour, x));
+                let fit = percent(measured, of(run));
+                layers.push(line(&format!("{name}: fits {fit:.2} %"), colour, of(run)));
             }
         }
         Panel { y_label: what.into(), layers, ..Panel::default() }
     };
-    let y = panel("y / m", false, &cycle.y);
-    let u = Panel { x_label: "t / s".into(), ..panel("u / V", true, &cycle.u) };
-    Ok(Figure { width_px: 900, ..Figure::stacked("", vec![y, u]) })
+    let y = panel("y / m", |run| &run.0);
+    let drive = Panel { x_label: "t / s".into(), ..panel("u + known pulses / V", |run| &run.1) };
+    Ok(Figure { width_px: 900, ..Figure::stacked("", vec![y, drive]) })
+}
+
+/// What reaches the plant: u and the measured inputs.
+fn drive_of(u: &[f64], model: &Loop, signals: &Signals) -> Vec<f64> {
+    let mut drive = u.to_vec();
+    for (input, values) in model.inputs.iter().zip(&signals.inputs) {
+        drive.iter_mut().zip(values).for_each(|(drive, value)| *drive += input.gain * value);
+    }
+    drive
+}
+
+/// `100 (1 - |x - xhat| / |x - mean x|)`.
+fn percent(measured: &[f64], simulated: &[f64]) -> f64 {
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    let off: f64 = measured.iter().zip(simulated).map(|(a, b)| (a - b) * (a - b)).sum();
+    let spread: f64 = measured.iter().map(|a| (a - mean) * (a - mean)).sum();
+    100.0 * (1.0 - (off / spread).sqrt())
 }

@@ -139,7 +139,8 @@ impl Case<'_> {
         let mut rejected = excitation::with_smallest(rejected, &shows);
         // What lost alone may have been found beside another.
         rejected.retain(|r| physics.iter().all(|named| named.term.kind.name != r.kind));
-        let drive = (verdict != Verdict::NoMismatch).then_some(missing.as_ref()).flatten();
+        let proven = matches!(verdict, Verdict::MissingPhysics | Verdict::Located);
+        let drive = proven.then_some(missing.as_ref()).flatten();
         let depends_on = drive.map(|drive| locate::depends_on(self.nominal, drive, self.train));
         Ok(Diagnosis {
             verdict,

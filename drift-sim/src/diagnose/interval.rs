@@ -7,7 +7,8 @@
 //! * the simulation's own uncertainty: by how much the parameters would move if y were sampled half a sample
 //!   earlier or later (by which ways to discretise differ), and if terms that act along the way were simulated without sub-steps. Clean recordings
 //!   are more exact than any choice of how to discretise, so this is added as an independent part, in a fit without
-//!   a noise model as far as the closed loop does not rule it out.
+//!   a noise model as far as the closed loop does not rule it out. (With one, that limit took the share of intervals that hold the
+//!   truth from 0.94 to 0.81 on generated loops.)
 //!
 //! For parameters in which the prediction jumps (gaps, bands) the likelihood itself is followed to where it has fallen by half of chi
 //! squared, the farther side counting.
@@ -131,8 +132,8 @@ pub fn half_widths(fit: &Fit, signals: &Signals) -> Vec<f64> {
     widths
 }
 
-/// As much of a move of the parameters as leaves the closed loop where it is. A fit without a noise model takes a shift in time for friction,
-/// which it is not for the loop: that pays for friction with u.
+/// As much of a move of the parameters as leaves the closed loop where it is. To a stiffly observed plant a shift in time looks like friction;
+/// the loop pays for friction with u, and for a shift in time with nothing.
 fn within_the_loop(
     fit: &Fit,
     curvature: &Curvature,

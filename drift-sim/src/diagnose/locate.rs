@@ -33,6 +33,8 @@ const MOST: usize = 3;
 const TOLD: usize = 4;
 /// Part of the best feature's share that a coarser one must have to be told in its place.
 const NEARLY: f64 = 0.9;
+/// What the share of u is worth against that of motion: in a closed loop u answers to the mismatch.
+const AN_ANSWER: f64 = 0.7;
 /// Part of the typical speed within which there is no direction.
 const STILL: f64 = 0.05;
 
@@ -110,8 +112,12 @@ pub fn depends_on(model: &Loop, missing: &MissingDrive, signals: &Signals) -> Ve
             })
             .filter(|(_, share, errors)| *share > LEAST_SHARE && *errors > LEAST_ERRORS)
             .collect();
-        let Some(best) = judged.iter().map(|j| j.1).max_by(f64::total_cmp) else { break };
-        let near = judged.iter().filter(|j| j.1 >= NEARLY * best);
+        let ranked = |j: &(usize, f64, f64)| {
+            let answers = features.get(j.0).is_some_and(|feature| feature.answers);
+            if answers { AN_ANSWER * j.1 } else { j.1 }
+        };
+        let Some(best) = judged.iter().map(ranked).max_by(f64::total_cmp) else { break };
+        let near = judged.iter().filter(|j| ranked(j) >= NEARLY * best);
         let coarsest = near.min_by_key(|j| features.get(j.0).map_or(usize::MAX, |feature| feature.classes));
         let Some((index, share, errors)) = coarsest.copied() else { break };
         let feature = features.remove(index);
@@ -152,6 +158,8 @@ struct Feature {
     name: String,
     class: Vec<usize>,
     classes: usize,
+    /// Whether it answers to the mismatch in a closed loop, as u does.
+    answers: bool,
     /// Which fold a sample belongs to.
     fold: fn(usize, usize) -> usize,
 }
@@ -175,19 +183,19 @@ impl Feature {
             (1..CLASSES).filter_map(|i| sorted.get(i * sorted.len() / CLASSES).copied()).collect();
         edges.dedup();
         let class = value.iter().map(|v| edges.partition_point(|edge| edge <= v)).collect();
-        Self { name: name.to_owned(), class, classes: edges.len() + 1, fold: by_block }
+        Self { name: name.to_owned(), class, classes: edges.len() + 1, answers: false, fold: by_block }
     }
 
     fn direction(speed: &[f64]) -> Self {
         let still = STILL * libm::sqrt(mean_square(speed));
         let class = speed.iter().map(|v| if *v > still { 2 } else { usize::from(*v >= -still) });
-        Self { name: "direction".into(), class: class.collect(), classes: 3, fold: by_block }
+        Self { name: "direction".into(), class: class.collect(), classes: 3, answers: false, fold: by_block }
     }
 
     fn time(samples: usize) -> Self {
         let classes = BLOCKS / 3;
         let class = (0..samples).map(|i| i * classes / samples.max(1)).collect();
-        Self { name: "time".into(), class, classes, fold: by_half_class }
+        Self { name: "time".into(), class, classes, answers: false, fold: by_half_class }
     }
 
     fn means(&self, value: &[f64], counts: impl Fn(usize) -> bool) -> Vec<f64> {
@@ -241,8 +249,8 @@ fn features_of(model: &Loop, signals: &Signals) -> Vec<Feature> {
         Feature::direction(&speed),
         Feature::graded("velocity", &speed),
         Feature::graded(if servo { "position" } else { "level" }, &position),
-        Feature::graded("drive", &signals.u),
-        Feature::graded("amplitude", &amplitude),
+        Feature { answers: true, ..Feature::graded("drive", &signals.u) },
+        Feature { answers: true, ..Feature::graded("amplitude", &amplitude) },
         Feature::time(signals.len()),
     ];
     let inputs = model.inputs.iter().zip(&signals.inputs);

@@ -131,6 +131,10 @@ impl Writing<'_> {
             ];
             blocks.push(Block::table(head, self.found.physics.iter().map(evidence_row).collect()));
         }
+        for first in self.found.physics.iter().filter_map(Named::moved_from) {
+            let says = (first.kind.says)(&first.parameters, &self.units);
+            blocks.push(Block::Note(format!("When it was named, before the terms after it: {says}")));
+        }
         for named in self.found.physics.iter().filter(|p| !p.term.spans.is_empty()) {
             let spans = &named.term.spans;
             blocks.push(Block::Folded {

@@ -155,6 +155,15 @@ fn margin(one: &Scored, other: &Scored) -> f64 {
     if hysteretic(one) && hysteretic(other) { MARGIN_HYSTERETIC } else { MARGIN_SMOOTH }
 }
 
+/// How far a rival lies behind the winner.
+fn behind(rival: &Scored, winner: &Scored) -> String {
+    let (by, name) = (winner.total() - rival.total(), winner.candidate.kind.name);
+    if by < 0.0 {
+        return format!("{:.1} more likely, but {name} does nearly all of it with fewer numbers", -by);
+    }
+    format!("{by:.1} less likely than {name} over both recordings")
+}
+
 /// Why each of the others lost; `vetoed` are those that the closed loop spoke against.
 pub fn losers(scored: &[Scored], winner: Option<&Winner>, vetoed: Vec<Rejected>) -> Vec<Rejected> {
     let lost = |s: &Scored| {
@@ -166,11 +175,7 @@ pub fn losers(scored: &[Scored], winner: Option<&Winner>, vetoed: Vec<Rejected>)
         Some(veto.cloned().unwrap_or_else(|| Rejected {
             kind,
             why: match winner {
-                Some(winner) if s.accepted() => format!(
-                    "{:.1} less likely than {} over both recordings",
-                    winner.scored.total() - s.total(),
-                    winner.scored.candidate.kind.name
-                ),
+                Some(winner) if s.accepted() => behind(s, &winner.scored),
                 _ => s.why_not(),
             },
             smallest: None,

@@ -147,6 +147,7 @@ impl Case<'_> {
             place,
             spans: locate::spans(&refit, &base, self.train),
             depends_on: depends_on.unwrap_or_default(),
+            not_used: 0,
             far_off: far_off || (self.guessed && holdout.after.is_none_or(|fit| fit.y_pct < FOLLOWED)),
             physics,
             parameters,

@@ -58,6 +58,8 @@ use signals::Signals;
 
 /// Relative error of the replayed law from which something is wrong with it although no fault explains it.
 const LAW_IS_ANOTHER: f64 = 0.1;
+/// Samples of a recording that are used.
+const MOST_SAMPLES: usize = 150_000;
 /// Part of a recording that is held out when no other is given.
 const HELD_OUT: f64 = 0.3;
 
@@ -170,6 +172,8 @@ pub struct Diagnosis {
     pub spans: Vec<MismatchSpan>,
     /// What the missing drive depends on.
     pub depends_on: Vec<Dependence>,
+    /// Samples at the end of the recording that were not used: there were too many.
+    pub not_used: usize,
     /// Whether the closed loop stays far from what was measured whatever was named: something is missing still.
     pub far_off: bool,
     /// The named terms, the strongest first.
@@ -202,11 +206,19 @@ pub struct Diagnosis {
     pub missing_drive: Option<MissingDrive>,
 }
 
-/// Diagnoses a recording against a loop; without a hold-out the last 30 % are held out.
+/// Diagnoses a recording against a loop; without a hold-out the last 30 % are held out. Of each recording the first 150 000 samples are
+/// used: thousands of simulations run over them.
 ///
 /// # Errors
 /// The plant is still to be identified, the recording is too short, or the nominal model can't be simulated.
 pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
+    let all = recording.len();
+    let (recording, holdout) = (recording.part(0, MOST_SAMPLES), holdout.map(|h| h.part(0, MOST_SAMPLES)));
+    let found = diagnose_all(&recording, holdout.as_ref(), nominal)?;
+    Ok(Diagnosis { not_used: all - recording.len(), ..found })
+}
+
+fn diagnose_all(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
     let cut = ((1.0 - HELD_OUT) * recording.len() as f64) as usize;
     let (train, held) = match holdout {
         Some(holdout) => (recording.clone(), holdout.clone()),

@@ -10,7 +10,7 @@ use crate::simulate::Trace;
 
 use super::drive_charts::{Cloud, estimate, usual};
 use super::signals::Signals;
-use super::{Diagnosis, Fits, HELD_OUT, Named, Rejected, Verdict, features, prove};
+use super::{Diagnosis, Fits, HELD_OUT, MOST_SAMPLES, Named, Rejected, Verdict, features, prove};
 
 /// The axis that charts over the shown recording share.
 const TIME: &str = "time";
@@ -103,6 +103,11 @@ impl Writing<'_> {
             ("Recording".into(), format!("{}, {}", case.recording.display(), length(case.train))),
             ("Loop".into(), case.loop_file.display().to_string()),
         ];
+        if self.found.not_used > 0 {
+            let text =
+                format!("the last {} samples: a diagnosis takes {}", self.found.not_used, MOST_SAMPLES);
+            facts.push(("Not used".into(), text));
+        }
         facts.push((
             "Unseen data".into(),
             match (case.holdout, case.holdout_file) {

@@ -37,6 +37,7 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
         "depends_on": diagnosis.depends_on.iter().map(|d| &d.on).collect::<Vec<_>>(),
         "dependence": diagnosis.depends_on.iter().map(|d| json!({
             "on": d.on, "share": d.share, "errors": d.errors })).collect::<Vec<_>>(),
+        "samples_not_used": diagnosis.not_used,
         "more_is_missing": diagnosis.far_off,
         "physics": physics,
         "parameters": parameters,

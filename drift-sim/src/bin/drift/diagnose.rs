@@ -102,6 +102,9 @@ fn screen(found: &Diagnosis) -> String {
             _ => "  the loop stays far from what was measured: more is missing than can be named\n",
         };
     }
+    if found.not_used > 0 {
+        text += &format!("  the last {} samples of the recording were not used\n", found.not_used);
+    }
     for (what, says) in found.located() {
         text += &format!("  {}: {says}\n", what.to_lowercase());
     }

@@ -13,6 +13,12 @@ use drift_sim::recording::{ReadOptions, Recording};
 /// Seconds drawn: one of the four cycles.
 const CYCLE_S: f64 = 6.2;
 
+/// y and what reaches the plant.
+struct Run {
+    y: Vec<f64>,
+    drive: Vec<f64>,
+}
+
 /// Measured and simulated y and u of the drive, with and without what `drift diagnose` found in another run of it.
 pub fn drive(folder: &Path) -> Result<Figure> {
     let model = Loop::read(&folder.join("loop_pulses.toml"))?;
@@ -24,14 +30,15 @@ pub fn drive(folder: &Path) -> Result<Figure> {
     let (train, unseen) = (read("emps_train.csv")?, read("emps_pulses_ctrl.csv")?);
     let found = diagnose(&train, Some(&unseen), &model)?;
     let all = [&found.nominal, &found.improved].map(|model| prove::run(model, &unseen, 0));
-    let [without, with] = all.map(|run| run.map(|run| (run.y, drive_of(&run.u, &model, &unseen))));
-    let measured = (unseen.y.clone(), drive_of(&unseen.u, &model, &unseen));
+    let [without, with] =
+        all.map(|run| run.map(|run| Run { drive: drive_of(&run.u, &model, &unseen), y: run.y }));
+    let measured = Run { y: unseen.y.clone(), drive: drive_of(&unseen.u, &model, &unseen) };
     let cycle = (CYCLE_S / unseen.sample_time_s) as usize;
     let line = |name: &str, colour, x: &[f64]| {
         let shown = x.get(..cycle).unwrap_or(x);
         Layer::signal(name, colour, 0.0, unseen.sample_time_s, shown)
     };
-    let panel = |what: &str, of: fn(&(Vec<f64>, Vec<f64>)) -> &[f64]| {
+    let panel = |what: &str, of: fn(&Run) -> &[f64]| {
         let measured = of(&measured);
         let mut layers = vec![line("measured", Colour::Grey, measured)];
         for (name, colour, run) in [
@@ -45,8 +52,8 @@ pub fn drive(folder: &Path) -> Result<Figure> {
         }
         Panel { y_label: what.into(), layers, ..Panel::default() }
     };
-    let y = panel("y / m", |run| &run.0);
-    let drive = Panel { x_label: "t / s".into(), ..panel("u + known pulses / V", |run| &run.1) };
+    let y = panel("y / m", |run| &run.y);
+    let drive = Panel { x_label: "t / s".into(), ..panel("u + known pulses / V", |run| &run.drive) };
     Ok(Figure { width_px: 900, ..Figure::stacked("", vec![y, drive]) })
 }
 

@@ -25,8 +25,10 @@ use clap::{CommandFactory, Parser, Subcommand};
 #[command(after_help = "\
 Examples:
   drift demo
-  drift init recording.csv -o loop.toml && drift diagnose recording.csv --loop loop.toml --report page.html
-  drift calibrate healthy.csv -o baseline.toml && drift monitor recording.csv --baseline baseline.toml")]
+  drift init recording.csv -o loop.toml
+  drift diagnose recording.csv --loop loop.toml --report page.html
+  drift calibrate healthy.csv -o baseline.toml
+  drift monitor recording.csv --baseline baseline.toml")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

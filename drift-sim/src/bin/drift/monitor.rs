@@ -23,7 +23,7 @@ use crate::recording_arguments::RecordingArguments;
 Examples:
   drift monitor recording.csv --baseline baseline.toml --report page.html
   drift monitor recording.csv --baseline baseline.toml --plot run.svg --json decisions.jsonl
-  drift monitor - --baseline baseline.toml --fail-on drift < recording.csv")]
+  drift monitor - --baseline baseline.toml --fail-on drift")]
 pub struct Arguments {
     /// The recording, in any of the formats (CSV, gzip, .mat ...); - is standard input
     recording: PathBuf,

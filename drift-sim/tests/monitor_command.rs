@@ -169,7 +169,7 @@ fn every_help_of_a_report_has_an_example() {
         let out = Command::new(env!("CARGO_BIN_EXE_drift")).args([command, "--help"]).output().unwrap();
         let text = String::from_utf8(out.stdout).unwrap();
         assert!(
-            text.contains("--report <OUT.html>") && text.contains(&format!("Example: drift {command} ")),
+            text.contains("--report <OUT.html>") && text.contains(&format!("  drift {command} ")),
             "{text}"
         );
     }

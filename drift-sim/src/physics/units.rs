@@ -63,7 +63,8 @@ impl UnitNames {
             ("{speed}", &self.speed, "speed unit"),
         ];
         let fill = |text: String, (rule, name, words): (&str, &String, &str)| {
-            let composed = text.trim() != rule && name.contains(['/', ' ']);
+            let bracketed = text.contains(&format!("({rule})"));
+            let composed = text.trim() != rule && !bracketed && name.contains(['/', ' ']);
             let name = if name.is_empty() { words.to_string() } else { name.clone() };
             text.replace(rule, &if composed { format!("({name})") } else { name })
         };

@@ -73,6 +73,18 @@ impl Controller {
             Self::Recorded => Limits::NONE,
         }
     }
+
+    /// The same law with these limits; an unknown one has none to set.
+    #[must_use]
+    pub fn with_limits(mut self, limits: Limits) -> Self {
+        match &mut self {
+            Self::Pi(law) => law.limits = limits,
+            Self::Pid(law) => law.limits = limits,
+            Self::PVelocity(law) => law.limits = limits,
+            Self::Recorded => {}
+        }
+        self
+    }
 }
 
 /// A controller at work: its law and its memory.

@@ -8,6 +8,7 @@ use crate::control_loop::Loop;
 use super::Case;
 use super::fit::Fit;
 use super::missing_drive;
+use super::model::Model;
 use super::prove::{self, FitPct};
 use super::signals::Signals;
 
@@ -61,7 +62,7 @@ impl Case<'_> {
         // A constant load may lie under the search.
         let named = base.model.nominal.physics.iter().skip(self.nominal.physics.len());
         let is_first = named.filter(|term| term.kind.name != "load_step").count() == 0;
-        match (error_at(base, self.holdout), error_at(with, self.holdout)) {
+        match (error_at(&base.model, self.holdout), error_at(&with.model, self.holdout)) {
             (Some(before), Some(after)) => after < if is_first { WORSE } else { BETTER } * before,
             (before, after) => before.is_none() && after.is_some(),
         }
@@ -95,9 +96,9 @@ pub(super) fn error(fit: FitPct) -> f64 {
     0.01 * (100.0 - fit.u_pct.unwrap_or(fit.y_pct))
 }
 
-/// The same of a fit's closed loop.
-pub(super) fn error_at(fit: &Fit, signals: &Signals) -> Option<f64> {
-    let (model, _) = fit.model.loop_at(&fit.model.x)?;
+/// The same of the closed loop of a model at its point.
+pub(super) fn error_at(model: &Model, signals: &Signals) -> Option<f64> {
+    let (model, _) = model.loop_at(&model.x)?;
     Some(error(fit_pct(&model, signals)?))
 }
 

@@ -10,7 +10,7 @@ use super::missing_drive::{self, MissingDrive};
 use super::model::{self, Target};
 use super::select::{Scored, Winner};
 use super::signals::Signals;
-use super::whiten::effective_samples;
+use super::whiten::independent_share;
 use super::{
     Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, controller_fault, excitation,
     features, interval, locate, prove, sensor_effects,
@@ -87,7 +87,7 @@ impl Case<'_> {
             improved.physics.push(effect.term.clone());
             physics.push(Named::alone(
                 effect.term,
-                effect.half_width,
+                vec![effect.half_width],
                 effect.train_gain,
                 effect.holdout_errors,
             ));
@@ -98,7 +98,10 @@ impl Case<'_> {
                 Some(fault) => {
                     improved.physics.push(fault.term.clone());
                     let errors = fault.holdout_share * libm::sqrt(self.holdout.len() as f64);
-                    physics.insert(0, Named::alone(fault.term, fault.half_width, fault.train_gain, errors));
+                    physics.insert(
+                        0,
+                        Named::alone(fault.term, vec![fault.half_width], fault.train_gain, errors),
+                    );
                 }
                 None if replay.relative > LAW_IS_ANOTHER && physics.is_empty() => {
                     located = Some(Place::Controller);
@@ -170,9 +173,7 @@ impl Case<'_> {
 /// What refitted numbers gain, log-likelihood of independent samples.
 fn refit_gain(refit: &Fit, stated: &Fit) -> f64 {
     let stated = if refit.model.whitens() { stated.clone().renoised() } else { stated.clone() };
-    let white = refit.white();
-    let share = effective_samples(&white) / white.len().max(1) as f64;
-    share * (refit.log_likelihood - stated.log_likelihood)
+    independent_share(&refit.white()) * (refit.log_likelihood - stated.log_likelihood)
 }
 
 /// Variance of the sensor's noise: without a noise model what is left of the fit is more than that.

@@ -5,7 +5,7 @@
 use crate::physics::Term;
 use crate::plant::Plant;
 
-use super::fit::{Effort, Fit};
+use super::fit::Fit;
 use super::model::Target;
 use super::signals::{Signals, deviation};
 use super::whiten::Whitener;
@@ -29,11 +29,4 @@ pub fn laid_under(fit: &Fit) -> f64 {
     let physics = &fit.model.nominal.physics;
     let load = physics.iter().position(|term| term.kind.name == "load_step" && term.onset_s == 0.0);
     load.and_then(|term| fit.value(Target::Term { term, parameter: 0 })).unwrap_or(0.0)
-}
-
-/// The fit without its term of this place among the loop's, refitted.
-pub fn without(fit: &Fit, term: usize, signals: &Signals) -> Option<Fit> {
-    let model = fit.model.without_term(term);
-    let started = Fit::start(&model, signals, &fit.whitener)?;
-    Some(started.search(signals, Effort::FULL).settle(signals, Effort::FULL))
 }

@@ -7,11 +7,11 @@
 
 use rayon::prelude::*;
 
-use crate::physics::{Begins, KINDS, Kind, Place, Signature, Term};
+use crate::physics::{Begins, KINDS, Kind, Signature, Term};
 
 use super::Rejected;
 use super::fit::Fit;
-use super::screen::{Bench, scaled};
+use super::screen::{Bench, is_predicted, scaled};
 use super::select::LEAST_GAIN;
 use super::signals::Signals;
 use super::whiten::effective_samples;
@@ -37,10 +37,7 @@ pub fn shows(base: &Fit, signals: &Signals, scales: &Signature) -> Vec<(&'static
     let samples = effective_samples(&white);
     let present = |kind: &Kind| base.model.nominal.physics.iter().any(|term| term.kind == kind);
     let asked = |kind: &&&'static Kind| {
-        (kind.applies)(&base.model.nominal.plant)
-            && kind.place != Place::Controller
-            && !["injected_signal", "sensor_noise", "quantization"].contains(&kind.name)
-            && !present(kind)
+        (kind.applies)(&base.model.nominal.plant) && is_predicted(kind) && !present(kind)
     };
     KINDS
         .par_iter()

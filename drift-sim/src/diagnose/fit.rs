@@ -128,6 +128,12 @@ impl Fit {
         self.renoised()
     }
 
+    /// The same without its term of this place among the loop's, refitted.
+    pub fn without_term(&self, term: usize, signals: &Signals) -> Option<Self> {
+        let started = Self::start(&self.model.without_term(term), signals, &self.whitener)?;
+        Some(started.search(signals, Effort::FULL).settle(signals, Effort::FULL))
+    }
+
     /// Derivative of the whitened residual at the point.
     pub fn derivative(&self, signals: &Signals) -> Option<DMatrix<f64>> {
         jacobian(self, signals)

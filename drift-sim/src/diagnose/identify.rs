@@ -18,7 +18,7 @@ use super::fit::{Effort, Fit, mean_square};
 use super::holdout;
 use super::linear_shape::LinearShape;
 use super::model::Model;
-use super::signals::{Signals, deviation};
+use super::signals::{Signals, deviation, range};
 use super::whiten::Whitener;
 
 /// Time constants tried, from two samples to the length of the recording, evenly in their logarithm.
@@ -155,7 +155,7 @@ fn likelihood(block: &[f64]) -> f64 {
 
 /// The limit as a term; a side without one is put beyond all of u.
 fn limit_term((lower, upper): Limits, u: &[f64]) -> Option<Term> {
-    let (lowest, highest) = range(u)?;
+    let (lowest, highest) = spread(u)?;
     if lower < lowest && upper > highest {
         return None;
     }
@@ -165,10 +165,9 @@ fn limit_term((lower, upper): Limits, u: &[f64]) -> Option<Term> {
     Term::new("saturation", &[("lower", lower), ("upper", upper)]).ok()
 }
 
-fn range(u: &[f64]) -> Option<(f64, f64)> {
-    let (lowest, highest) =
-        u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
-    (lowest < highest).then_some((lowest, highest))
+/// The range of u, where it has one.
+fn spread(u: &[f64]) -> Option<(f64, f64)> {
+    Some(range(u)).filter(|(lowest, highest)| lowest < highest)
 }
 
 /// Starting points: for each structure, without limits and with the most promising ones, the best of a grid.
@@ -237,7 +236,7 @@ fn structures(lags: &[f64], delays: &[usize]) -> [Vec<LinearShape>; 4] {
 
 /// Pairs of limits within u's range, at least one of them there.
 fn limit_pairs(u: &[f64]) -> Vec<Limits> {
-    let Some((lowest, highest)) = range(u) else { return Vec::new() };
+    let Some((lowest, highest)) = spread(u) else { return Vec::new() };
     let mut sorted = u.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(0.5 * (lowest + highest));

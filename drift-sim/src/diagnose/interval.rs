@@ -147,9 +147,9 @@ fn within_the_loop(
                 *value += part * moved / length;
             }
         }
-        error_at(&Fit { model: fit.model.at(&x), ..fit.clone() }, signals)
+        error_at(&fit.model.at(&x), signals)
     };
-    let Some(here) = error_at(fit, signals) else { return moved.clone() };
+    let Some(here) = error_at(&fit.model, signals) else { return moved.clone() };
     let stays = |part: f64| {
         [part, -part]
             .iter()

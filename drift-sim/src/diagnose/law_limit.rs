@@ -5,13 +5,13 @@
 //! the recorded u is another matter, and the plant's ([`super::identify`], and the search).
 
 use crate::control_loop::Loop;
-use crate::controller::{Controller, Limits};
+use crate::controller::Limits;
 use crate::physics::{Place, Term};
 
 use super::closed_loop::fit_pct;
 use super::controller_replay::{ControllerReplay, TOLERANCE, replay};
 use super::fit::mean_square;
-use super::signals::{Signals, deviation};
+use super::signals::{Signals, deviation, range};
 use super::{Diagnosis, Fits, Named, Verdict};
 
 /// Part of the replay's error, root mean square, that the limit may leave.
@@ -85,13 +85,12 @@ fn limited(model: &Loop, sides: [Option<Side>; 2]) -> Option<Loop> {
         u_max: upper.map_or(stated.u_max, |side| side.level),
     };
     let other = limits != stated && limits.u_min < limits.u_max;
-    Some(Loop { controller: with_limits(&model.controller, limits).filter(|_| other)?, ..model.clone() })
+    other.then(|| Loop { controller: model.controller.clone().with_limits(limits), ..model.clone() })
 }
 
 /// Where u may have stayed on this side: no limit, and the mean of what lies within each width of its extreme.
 fn levels(side: f64, u: &[f64]) -> Vec<Option<Side>> {
-    let (lowest, highest) =
-        u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+    let (lowest, highest) = range(u);
     let (range, extreme) = (highest - lowest, if side > 0.0 { highest } else { lowest });
     let within = |width: f64| {
         let at: Vec<f64> = u.iter().copied().filter(|u| (extreme - u).abs() <= width * range).collect();
@@ -106,17 +105,6 @@ fn levels(side: f64, u: &[f64]) -> Vec<Option<Side>> {
 fn error(replay: &ControllerReplay, signals: &Signals) -> f64 {
     let late = signals.u.iter().skip(replay.shift).zip(&replay.u).map(|(u, v)| u - v);
     mean_square(&late.collect::<Vec<f64>>())
-}
-
-fn with_limits(controller: &Controller, limits: Limits) -> Option<Controller> {
-    let mut controller = controller.clone();
-    match &mut controller {
-        Controller::Pi(law) => law.limits = limits,
-        Controller::Pid(law) => law.limits = limits,
-        Controller::PVelocity(law) => law.limits = limits,
-        Controller::Recorded => return None,
-    }
-    Some(controller)
 }
 
 impl Diagnosis {
@@ -138,14 +126,7 @@ impl Diagnosis {
             ..*of
         };
         (self.train, self.holdout) = (fits(&self.train, train), fits(&self.holdout, holdout));
-        let named = Named {
-            first: None,
-            term: limit.term,
-            half_widths: limit.half_widths,
-            tied: Vec::new(),
-            train_gain: limit.gain,
-            holdout_errors: limit.holdout_errors,
-        };
+        let named = Named::alone(limit.term, limit.half_widths, limit.gain, limit.holdout_errors);
         self.physics.insert(0, named);
         self.place = Some(Place::Actuator);
         self.verdict = Verdict::MissingPhysics;
@@ -156,14 +137,14 @@ impl Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::controller::Pi;
+    use crate::controller::{Controller, Pi};
     use crate::reference::Reference;
     use crate::simulate::simulate;
 
     /// The paper's loop with a limit of this size in its law.
     fn recorded(limit: f64, seed: u64) -> Signals {
         let mut model = Loop::paper();
-        model.controller = with_limits(&model.controller, Limits { u_min: -limit, u_max: limit }).unwrap();
+        model.controller = model.controller.with_limits(Limits { u_min: -limit, u_max: limit });
         let r = Reference::random(0.0, 1.0, 400, seed).take_samples(8000);
         let trace = simulate(&model, &r, &[], seed, None).unwrap();
         let sample_time_s = model.sample_time_s;
@@ -173,7 +154,7 @@ mod tests {
     #[test]
     fn a_limit_that_the_law_does_not_state_is_found_and_none_where_there_is_none() {
         let mut model = Loop::paper();
-        model.controller = with_limits(&model.controller, Limits::NONE).unwrap();
+        model.controller = model.controller.with_limits(Limits::NONE);
         assert!(matches!(&model.controller, Controller::Pi(Pi { .. })));
         let free = recorded(1e9, 1);
         assert!(find(&model, &free, &recorded(1e9, 2)).is_none());

@@ -14,7 +14,7 @@ use super::features;
 use super::fit::{Fit, mean_square};
 use super::missing_drive::MissingDrive;
 use super::signals::Signals;
-use super::whiten::effective_samples;
+use super::whiten::independent_share;
 
 /// Stretches that the recording is cut into to find spans.
 const STRETCHES: usize = 64;
@@ -64,7 +64,7 @@ pub struct Dependence {
 /// The spans in which `refit` leaves more than `improved`; times are those of the recording.
 pub fn spans(refit: &Fit, improved: &Fit, signals: &Signals) -> Vec<MismatchSpan> {
     let white = improved.white();
-    let share = effective_samples(&white) / white.len().max(1) as f64;
+    let share = independent_share(&white);
     let before = improved.whitener.apply(&refit.residual);
     let length = before.len().div_ceil(STRETCHES).max(1);
     let floor = mean_square(&white).max(1e-300);

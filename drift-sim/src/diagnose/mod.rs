@@ -106,16 +106,9 @@ pub struct Named {
 }
 
 impl Named {
-    /// A term of one parameter that was found outside the search.
-    fn alone(term: Term, half_width: f64, train_gain: f64, holdout_errors: f64) -> Self {
-        Self {
-            first: None,
-            half_widths: vec![half_width],
-            tied: Vec::new(),
-            train_gain,
-            holdout_errors,
-            term,
-        }
+    /// A term that was found outside the search.
+    fn alone(term: Term, half_widths: Vec<f64>, train_gain: f64, holdout_errors: f64) -> Self {
+        Self { first: None, half_widths, tied: Vec::new(), train_gain, holdout_errors, term }
     }
 
     /// The numbers with which it was named, where those named after it have moved one of them out of its interval.

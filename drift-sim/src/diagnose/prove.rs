@@ -38,7 +38,8 @@ pub fn fit_of(model: &Loop, trace: &Trace, signals: &Signals) -> FitPct {
     FitPct { y_pct: percent(&signals.y, &trace.y), u_pct: known.then(|| percent(&signals.u, &trace.u)) }
 }
 
-fn percent(measured: &[f64], simulated: &[f64]) -> f64 {
+/// `100 (1 - |x - xhat| / |x - mean x|)` over the samples that were measured.
+pub fn percent(measured: &[f64], simulated: &[f64]) -> f64 {
     let squared = |(a, b): (&f64, &f64)| if a.is_finite() { (a - b) * (a - b) } else { 0.0 };
     let known = measured.iter().filter(|x| x.is_finite()).count().max(1) as f64;
     let error: f64 = measured.iter().zip(simulated).map(squared).sum();

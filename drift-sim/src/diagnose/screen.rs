@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::physics::{Begins, KINDS, Kind, Signature, Term};
+use crate::physics::{Begins, KINDS, Kind, Place, Signature, Term};
 
 use super::fit::{Fit, coarse};
 use super::model::Model;
@@ -18,6 +18,13 @@ use super::whiten::Whitener;
 const ONSETS: usize = 24;
 /// Sizes tried around each starting value.
 const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
+
+/// Whether the prediction of y under the recorded u shows a kind: not noise, grids, faults of the law, nor signals that are found by their
+/// spans.
+pub(super) fn is_predicted(kind: &Kind) -> bool {
+    kind.place != Place::Controller
+        && !["injected_signal", "sensor_noise", "quantization"].contains(&kind.name)
+}
 
 /// Starting points followed of kinds in whose parameters the prediction jumps.
 const JUMPING: usize = 4;

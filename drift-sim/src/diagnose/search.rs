@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::physics::{Kind, Place};
+use crate::physics::Kind;
 use crate::{Error, Result};
 
 use super::candidates::{self, Candidate};
@@ -118,18 +118,15 @@ impl Case<'_> {
 
     /// The constant load that was laid under the search stays as a term, the first, or goes.
     fn judge_load(&self, base: Fit, mut named: Vec<Winner>) -> (Fit, Vec<Winner>) {
-        let Some(without) = constant_load::without(&base, self.nominal.physics.len(), self.train) else {
+        let Ok(kind) = Kind::named("load_step") else { return (base, named) };
+        let Some((without, load)) = self.without(kind, self.nominal.physics.len(), &base) else {
             return (base, named);
         };
-        let Ok(kind) = Kind::named("load_step") else { return (base, named) };
-        let scored = select::score(&without, vec![Candidate { kind, fit: base.clone() }], self.holdout);
-        match scored.into_iter().find(|s| s.accepted() && self.matters(&without, &s.candidate.fit)) {
-            Some(load) => {
-                named.insert(0, Winner::alone(load));
-                (base, named)
-            }
-            None => (without, named),
+        if load.accepted() && self.matters(&without, &base) {
+            named.insert(0, Winner::alone(load));
+            return (base, named);
         }
+        (without, named)
     }
 
     pub(super) fn missing_drive(&self, refit: &Fit) -> Option<MissingDrive> {
@@ -153,8 +150,7 @@ impl Case<'_> {
         let onsets: Vec<f64> = found().map(|(_, term)| term.onset_s).filter(|onset| *onset > 0.0).collect();
         let by_direction = by_direction::trials(&base.model, self.train.duration_s());
         let wanted = |kind: &Kind| {
-            kind.place != Place::Controller
-                && !["injected_signal", "sensor_noise", "quantization"].contains(&kind.name)
+            screen::is_predicted(kind)
                 && !present.contains(&kind.name)
                 && (by_direction.is_empty()
                     || !["directional_friction", "stribeck_friction"].contains(&kind.name))
@@ -178,12 +174,12 @@ impl Case<'_> {
 
     /// The candidates of different kinds with which the closed loop comes closest to the training part.
     fn leaders(&self, base: &Fit, fitted: &candidates::Fitted) -> Vec<Candidate> {
-        let Some(without) = error_at(base, self.train) else { return Vec::new() };
+        let Some(without) = error_at(&base.model, self.train) else { return Vec::new() };
         let mut judged: Vec<(f64, &Candidate)> = fitted
             .plain
             .par_iter()
             .chain(&fitted.whitened)
-            .filter_map(|c| Some((error_at(&c.fit, self.train)?, c)))
+            .filter_map(|c| Some((error_at(&c.fit.model, self.train)?, c)))
             .filter(|(error, _)| *error < CLOSER * without)
             .collect();
         judged.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -198,7 +194,7 @@ impl Case<'_> {
 
     /// Whether a fit leaves much less of the closed loop's error on the training part.
     fn closer(&self, fit: &Fit, than: &Fit) -> bool {
-        match (error_at(fit, self.train), error_at(than, self.train)) {
+        match (error_at(&fit.model, self.train), error_at(&than.model, self.train)) {
             (Some(error), Some(other)) => error < MUCH_CLOSER * other,
             (error, _) => error.is_some(),
         }
@@ -212,13 +208,16 @@ impl Case<'_> {
             let judged = kind.filter(|kind| kind.name != "load_step");
             let term =
                 judged.and_then(|kind| base.model.nominal.physics.iter().rposition(|t| t.kind == kind));
-            match (judged, term) {
-                (Some(kind), Some(term)) if self.beside(kind, &base).is_none() => {
-                    let Some(without) = constant_load::without(&base, term, self.train) else { break };
-                    base = without;
-                    named.remove(at);
-                }
-                _ => at += 1,
+            let (Some(kind), Some(term)) = (judged, term) else {
+                at += 1;
+                continue;
+            };
+            let Some((without, scored)) = self.without(kind, term, &base) else { break };
+            if self.stands(&without, &scored) {
+                at += 1;
+            } else {
+                base = without;
+                named.remove(at);
             }
         }
         (base, named)
@@ -232,24 +231,35 @@ impl Case<'_> {
             let (second, _) = self.pick(&next.base, &next.scored);
             let second = second.filter(|second| second.tied.len() <= MOST_TIED)?;
             let first = self.beside(leader.kind, &second.scored.candidate.fit)?;
-            let error = error_at(&second.scored.candidate.fit, self.train)?;
+            let error = error_at(&second.scored.candidate.fit.model, self.train)?;
             Some((error, vec![Winner::alone(first), second]))
         };
         let pairs = round.leaders.iter().filter_map(follow);
         pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair).unwrap_or_default()
     }
 
-    /// A term of a fit, scored against the fit without it; `None` where it does not stand.
+    /// The last term of this kind in a fit, if it stands beside the others.
     fn beside(&self, kind: &'static Kind, with: &Fit) -> Option<Scored> {
         let term = with.model.nominal.physics.iter().rposition(|term| term.kind == kind)?;
-        let without = constant_load::without(with, term, self.train)?;
-        let scored = select::score(&without, vec![Candidate { kind, fit: with.clone() }], self.holdout);
-        scored.into_iter().find(|s| s.accepted() && self.veto(&without, &s.candidate.fit).is_none())
+        let (without, scored) = self.without(kind, term, with)?;
+        self.stands(&without, &scored).then_some(scored)
+    }
+
+    fn stands(&self, without: &Fit, scored: &Scored) -> bool {
+        scored.accepted() && self.veto(without, &scored.candidate.fit).is_none()
+    }
+
+    /// A fit without the term of this place, refitted, and the term scored against that.
+    fn without(&self, kind: &'static Kind, term: usize, with: &Fit) -> Option<(Fit, Scored)> {
+        let without = with.without_term(term, self.train)?;
+        let candidate = Candidate { kind, fit: with.clone() };
+        let scored = select::score(&without, vec![candidate], self.holdout).into_iter().next()?;
+        Some((without, scored))
     }
 
     /// Whether the closed loop comes closer to the training part with the numbers of the plain fits.
     fn is_plainer(&self, fitted: &candidates::Fitted) -> bool {
-        let error = |candidates: &[Candidate]| error_at(&candidates.first()?.fit, self.train);
+        let error = |candidates: &[Candidate]| error_at(&candidates.first()?.fit.model, self.train);
         match (error(&fitted.plain), error(&fitted.whitened)) {
             (Some(plain), Some(whitened)) => plain < PLAINER * whitened,
             (plain, whitened) => plain.is_some() && whitened.is_none(),
@@ -299,7 +309,7 @@ impl Case<'_> {
         if winner.candidate.kind.name != "directional_friction" {
             return None;
         }
-        let left = |fit: &Fit| error_at(fit, self.train);
+        let left = |fit: &Fit| error_at(&fit.model, self.train);
         let dry = scored.iter().find(|s| s.candidate.kind.name == "coulomb_friction")?;
         let (before, with_dry, with_rich) =
             (left(base)?, left(&dry.candidate.fit)?, left(&winner.candidate.fit)?);

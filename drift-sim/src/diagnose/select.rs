@@ -10,7 +10,7 @@ use super::candidates::Candidate;
 use super::fit::Fit;
 use super::holdout;
 use super::signals::Signals;
-use super::whiten::effective_samples;
+use super::whiten::independent_share;
 
 /// What a term must gain beyond its cost, in log-likelihood.
 pub(super) const LEAST_GAIN: f64 = 12.0;
@@ -72,7 +72,7 @@ pub fn score(nominal: &Fit, candidates: Vec<Candidate>, holdout: &Signals) -> Ve
     let reference = holdout::block_likelihoods(nominal, holdout, &whitener).unwrap_or_default();
     // What is left of the best is the noise; the nominal model's own error may be far more correlated than that.
     let white = if nominal.model.whitens() { nominal.white() } else { likely.white() };
-    let share = effective_samples(&white) / white.len().max(1) as f64;
+    let share = independent_share(&white);
     let cost = 0.5 * libm::log((white.len() as f64 * share).max(2.0));
     let mut scored: Vec<Scored> = candidates
         .into_iter()

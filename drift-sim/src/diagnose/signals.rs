@@ -127,6 +127,11 @@ impl Signals {
     }
 }
 
+/// The least and the greatest value; infinite the wrong way round of nothing.
+pub fn range(x: &[f64]) -> (f64, f64) {
+    x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))
+}
+
 /// The column with its last value wherever one is missing; the first one at the beginning.
 fn held(column: &[f64]) -> Vec<f64> {
     let mut last = column.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);

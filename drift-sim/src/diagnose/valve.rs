@@ -15,7 +15,7 @@ use crate::physics::{Term, stem};
 use crate::plant::Plant;
 
 use super::linear_shape::LinearShape;
-use super::signals::Signals;
+use super::signals::{Signals, range};
 use super::spectrum;
 
 /// What sticking must gain over the best linear plant, log-likelihood. Chosen with six loops of a refinery in view whose valves don't
@@ -91,8 +91,7 @@ pub fn search(signals: &Signals) -> Option<Valve> {
     let likeliest = linear.iter().take(LIKELIEST).map(|(_, shape)| *shape);
     let mut with: Vec<&LinearShape> = likeliest.chain(shapes.iter().take(FASTEST)).collect();
     with.dedup();
-    let (lowest, highest) =
-        signals.u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+    let (lowest, highest) = range(&signals.u);
     let bands = (0..BANDS.2).map(|i| {
         let part = i as f64 / (BANDS.2 - 1) as f64;
         (highest - lowest) * BANDS.0 * libm::pow(BANDS.1 / BANDS.0, part)

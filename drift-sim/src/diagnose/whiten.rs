@@ -119,6 +119,11 @@ pub fn effective_samples(x: &[f64]) -> f64 {
     (n / sum).clamp(1.0, n)
 }
 
+/// The same as a part of all.
+pub fn independent_share(x: &[f64]) -> f64 {
+    effective_samples(x) / x.len().max(1) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

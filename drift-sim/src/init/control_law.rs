@@ -91,12 +91,11 @@ fn replayed(
     intervals: Vec<(&'static str, f64, f64)>,
 ) -> Option<Candidate> {
     let with = |limits: Limits, anti_windup: bool| {
-        let mut controller = controller.clone();
+        let mut controller = controller.clone().with_limits(limits);
         match &mut controller {
-            Controller::Pi(law) => (law.limits, law.anti_windup) = (limits, anti_windup),
-            Controller::Pid(law) => (law.limits, law.anti_windup) = (limits, anti_windup),
-            Controller::PVelocity(law) => law.limits = limits,
-            Controller::Recorded => {}
+            Controller::Pi(law) => law.anti_windup = anti_windup,
+            Controller::Pid(law) => law.anti_windup = anti_windup,
+            Controller::PVelocity(_) | Controller::Recorded => {}
         }
         controller
     };

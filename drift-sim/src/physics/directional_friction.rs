@@ -13,8 +13,8 @@ pub(super) static KIND: Kind = Kind {
     parameters: &[
         Parameter { name: "coulomb_pos", unit: "{drive}", range: Range::NotNegative },
         Parameter { name: "coulomb_neg", unit: "{drive}", range: Range::NotNegative },
-        Parameter { name: "viscous_pos", unit: "{drive}/({speed})", range: Range::Any },
-        Parameter { name: "viscous_neg", unit: "{drive}/({speed})", range: Range::Any },
+        Parameter { name: "viscous_pos", unit: "{drive}/{speed}", range: Range::Any },
+        Parameter { name: "viscous_neg", unit: "{drive}/{speed}", range: Range::Any },
     ],
     applies: is_servo,
     consistent: any_values,
@@ -25,7 +25,7 @@ pub(super) static KIND: Kind = Kind {
     experiment: "Run the same ramp forward and back at two or more speeds: the steady effort differs between the directions.",
     says: |p, units| {
         let [forward, back] = [p[0], p[1]].map(|level| shown(level, &units.drive));
-        let rule = units.unit("{drive}/({speed})");
+        let rule = units.unit("{drive}/{speed}");
         let [viscous_forward, viscous_back] = [p[2], p[3]].map(|viscous| shown(viscous, &rule));
         format!(
             "Friction differs by direction: dry {forward} forward and {back} back, viscous {viscous_forward} forward and \

@@ -8,7 +8,7 @@ pub(super) static KIND: Kind = Kind {
     name: "leak",
     place: Place::Plant,
     begins: Begins::Either,
-    parameters: &[Parameter { name: "coefficient", unit: "{drive}/({y})", range: Range::Any }],
+    parameters: &[Parameter { name: "coefficient", unit: "{drive}/{y}", range: Range::Any }],
     applies: |plant| !matches!(plant, Plant::Servo(_)),
     consistent: any_values,
     effect: |p, _| Box::new(Leak { coefficient: p[0] }),
@@ -19,7 +19,7 @@ pub(super) static KIND: Kind = Kind {
     says: |p, units| {
         format!(
             "A loss of {} times y drains the plant; the model has none.",
-            shown(p[0], &units.unit("{drive}/({y})"))
+            shown(p[0], &units.unit("{drive}/{y}"))
         )
     },
 };

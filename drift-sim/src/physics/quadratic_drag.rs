@@ -7,7 +7,7 @@ pub(super) static KIND: Kind = Kind {
     name: "quadratic_drag",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "coefficient", unit: "{drive}/({speed})^2", range: Range::NotNegative }],
+    parameters: &[Parameter { name: "coefficient", unit: "{drive}/{speed}^2", range: Range::NotNegative }],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(QuadraticDrag { coefficient: p[0] }),
@@ -21,7 +21,7 @@ pub(super) static KIND: Kind = Kind {
     says: |p, units| {
         format!(
             "A drag of {} times the speed squared opposes the motion; the model has none.",
-            shown(p[0], &units.unit("{drive}/({speed})^2"))
+            shown(p[0], &units.unit("{drive}/{speed}^2"))
         )
     },
 };

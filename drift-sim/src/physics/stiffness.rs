@@ -9,7 +9,7 @@ pub(super) static KIND: Kind = Kind {
     name: "stiffness",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "stiffness", unit: "{drive}/({position})", range: Range::Any }],
+    parameters: &[Parameter { name: "stiffness", unit: "{drive}/{position}", range: Range::Any }],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(Stiffness { stiffness: p[0] }),
@@ -20,7 +20,7 @@ pub(super) static KIND: Kind = Kind {
     says: |p, units| {
         format!(
             "A spring of {} pulls towards zero; the model has none.",
-            shown(p[0], &units.unit("{drive}/({position})"))
+            shown(p[0], &units.unit("{drive}/{position}"))
         )
     },
 };

@@ -63,8 +63,7 @@ impl UnitNames {
             ("{speed}", &self.speed, "speed unit"),
         ];
         let fill = |text: String, (rule, name, words): (&str, &String, &str)| {
-            let bracketed = text.contains(&format!("({rule})"));
-            let composed = text.trim() != rule && !bracketed && name.contains(['/', ' ']);
+            let composed = text.trim() != rule && name.contains(['/', ' ']);
             let name = if name.is_empty() { words.to_string() } else { name.clone() };
             text.replace(rule, &if composed { format!("({name})") } else { name })
         };
@@ -107,6 +106,8 @@ mod tests {
         let names = UnitNames::new(&units, &Plant::Servo(servo));
         assert_eq!(names.unit("{position}"), "rad");
         assert_eq!(names.unit("{drive}/{speed}"), "(N m)/(rad/s)");
+        assert_eq!(names.unit("{drive}/{position}"), "(N m)/rad");
+        assert_eq!(names.unit("{drive}/{speed}^2"), "(N m)/(rad/s)^2");
         assert_eq!(names.unit("{u}/s"), "u unit/s");
     }
 

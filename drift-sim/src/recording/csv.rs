@@ -12,7 +12,7 @@ use super::choice::Choice;
 use super::clock::Clock;
 use super::decimal::{DecimalMark, with_point};
 use super::row::{Row, Rows, not_a_number};
-use super::{ColumnMap, Quality, ReadOptions};
+use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 
 /// Bytes asked of the system at a time.
@@ -232,20 +232,8 @@ impl<R: Read> CsvRows<R> {
 }
 
 impl<R: Read + Send> Rows for CsvRows<R> {
-    fn has_time(&self) -> bool {
-        self.choice.t.is_some()
-    }
-
-    fn extra_names(&self) -> Vec<String> {
-        self.choice.extra.iter().map(|e| e.name.clone()).collect()
-    }
-
-    fn text_columns(&self) -> Vec<bool> {
-        self.choice.extra.iter().map(|e| e.text).collect()
-    }
-
-    fn columns(&self) -> &ColumnMap {
-        &self.choice.columns
+    fn choice(&self) -> &Choice {
+        &self.choice
     }
 
     fn notes(&self) -> Vec<String> {

@@ -1,7 +1,8 @@
 //! One row of data, and what every format's reader has in common: rows one after the other, each with its place.
 
+use super::Quality;
+use super::choice::Choice;
 use super::stamp::Stamp;
-use super::{ColumnMap, Quality};
 use crate::{Error, Result};
 
 /// One row of data: NaN is missing.
@@ -40,14 +41,20 @@ pub(super) fn repeats(before: &Row, row: &Row) -> Result<()> {
 
 /// Rows of any format.
 pub(super) trait Rows: Send {
+    /// The columns that are read.
+    fn choice(&self) -> &Choice;
     /// Whether the rows have time stamps.
-    fn has_time(&self) -> bool;
+    fn has_time(&self) -> bool {
+        self.choice().t.is_some()
+    }
     /// The names of the further columns, in the order of [`Row::extra`].
-    fn extra_names(&self) -> Vec<String>;
+    fn extra_names(&self) -> Vec<String> {
+        self.choice().extra.iter().map(|e| e.name.clone()).collect()
+    }
     /// Which of the further columns turned out to hold text.
-    fn text_columns(&self) -> Vec<bool>;
-    /// The names of the columns that the signals are read from.
-    fn columns(&self) -> &ColumnMap;
+    fn text_columns(&self) -> Vec<bool> {
+        self.choice().extra.iter().map(|e| e.text).collect()
+    }
     /// What was chosen on the way and a person should know, one line each.
     fn notes(&self) -> Vec<String>;
     /// Reads the next row into `row`; false at the end.

@@ -252,7 +252,7 @@ impl RecordingStream {
 
     /// The names of the columns that the signals are read from, those that were guessed among them.
     pub fn columns(&self) -> &ColumnMap {
-        self.rows.columns()
+        &self.rows.choice().columns
     }
 
     /// What was found so far; complete after the last sample. Cells of up to 10 000 rows that were read ahead are

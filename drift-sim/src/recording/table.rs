@@ -7,7 +7,7 @@ use super::choice::Choice;
 use super::clock::Clock;
 use super::decimal::DecimalMark;
 use super::row::{Row, Rows, not_a_number};
-use super::{ColumnMap, Quality, ReadOptions};
+use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 
 /// The cells of one column. NaN and `None` are missing.
@@ -135,20 +135,8 @@ impl TableRows {
 }
 
 impl Rows for TableRows {
-    fn has_time(&self) -> bool {
-        self.choice.t.is_some()
-    }
-
-    fn extra_names(&self) -> Vec<String> {
-        self.choice.extra.iter().map(|e| e.name.clone()).collect()
-    }
-
-    fn text_columns(&self) -> Vec<bool> {
-        self.choice.extra.iter().map(|e| e.text).collect()
-    }
-
-    fn columns(&self) -> &ColumnMap {
-        &self.choice.columns
+    fn choice(&self) -> &Choice {
+        &self.choice
     }
 
     fn notes(&self) -> Vec<String> {

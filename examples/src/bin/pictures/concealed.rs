@@ -46,7 +46,7 @@ pub fn drive(folder: &Path) -> Result<Figure> {
             ("with what was found", Colour::Blue, &with),
         ] {
             if let Some(run) = run {
-                let fit = percent(measured, of(run));
+                let fit = prove::percent(measured, of(run));
                 layers.push(line(&format!("{name}: fits {fit:.2} %"), colour, of(run)));
             }
         }
@@ -64,12 +64,4 @@ fn drive_of(u: &[f64], model: &Loop, signals: &Signals) -> Vec<f64> {
         drive.iter_mut().zip(values).for_each(|(drive, value)| *drive += input.gain * value);
     }
     drive
-}
-
-/// `100 (1 - |x - xhat| / |x - mean x|)`.
-fn percent(measured: &[f64], simulated: &[f64]) -> f64 {
-    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
-    let off: f64 = measured.iter().zip(simulated).map(|(a, b)| (a - b) * (a - b)).sum();
-    let spread: f64 = measured.iter().map(|a| (a - mean) * (a - mean)).sum();
-    100.0 * (1.0 - (off / spread).sqrt())
 }

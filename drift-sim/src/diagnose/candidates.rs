@@ -20,8 +20,6 @@ pub struct Candidate {
     pub fit: Fit,
 }
 
-/// Kinds looked at after the screening, of those that it puts first.
-const LOOKED_AT: usize = 14;
 /// Starting points of a kind that are followed beyond one step.
 const FOLLOWED: usize = 3;
 /// Candidates fitted to the end.
@@ -41,13 +39,9 @@ pub struct Fitted {
 /// Candidates with their place among all.
 type Ranked = Vec<(usize, Candidate)>;
 
-/// Fits the kinds that the screening puts first, on top of `base`; `stated` is the loop file's own plant.
+/// Fits the kinds that the screening hands on, on top of `base`; `stated` is the loop file's own plant.
 pub fn fit_all(trials: &[Vec<Trial>], stated: &Fit, base: &Fit, signals: &Signals) -> Fitted {
-    let mut ranked: Vec<&Vec<Trial>> = trials.iter().collect();
-    let best = |trials: &[Trial]| trials.iter().map(|t| t.share).fold(f64::NEG_INFINITY, f64::max);
-    ranked.sort_by(|a, b| best(b).total_cmp(&best(a)));
-    ranked.truncate(LOOKED_AT);
-    let mut looked: Vec<Candidate> = ranked.par_iter().filter_map(|trials| look(trials, signals)).collect();
+    let mut looked: Vec<Candidate> = trials.par_iter().filter_map(|trials| look(trials, signals)).collect();
     sort(&mut looked);
     branch(&mut looked, stated, signals);
     twin(&mut looked, signals);

@@ -89,8 +89,14 @@ impl Fit {
     /// Searched to the end on the error as it is ([`Model::plain`]).
     #[must_use]
     pub fn plain(self, signals: &Signals) -> Self {
+        self.unwhitened().search(signals, Effort::FULL)
+    }
+
+    /// The same point, judged by the error as it is.
+    #[must_use]
+    pub fn unwhitened(self) -> Self {
         let fit = Self { model: self.model.plain(), ..self };
-        fit.with_whitener(Whitener::none()).search(signals, Effort::FULL)
+        fit.with_whitener(Whitener::none())
     }
 
     /// Searches on from here with the noise model as it is.

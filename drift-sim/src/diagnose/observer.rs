@@ -9,6 +9,8 @@ use crate::plant::{Output, Plant, zero_order_hold};
 /// The observer's bandwidth times the sample time. Ten samples: near the best predictor of a quiet encoder, and short enough for
 /// dry friction, whose slips run away from a prediction that is left alone for longer.
 const BANDWIDTH: f64 = 0.1;
+/// The same of a measured speed.
+const SPEED_BANDWIDTH: f64 = 0.03;
 
 /// What one unit of prediction error adds to each state.
 pub fn gains(plant: &Plant, sample_time_s: f64) -> Vec<f64> {
@@ -17,15 +19,15 @@ pub fn gains(plant: &Plant, sample_time_s: f64) -> Vec<f64> {
         Plant::Servo(p) if p.output == Output::Position => {
             vec![2.0 * BANDWIDTH, BANDWIDTH * BANDWIDTH / sample_time_s]
         }
-        // The speed is stable by itself; the position behind it is the measured speed's own integral.
-        Plant::Servo(_) => vec![sample_time_s, 0.0],
+        // The position behind it is the measured speed's own integral.
+        Plant::Servo(_) => vec![sample_time_s, SPEED_BANDWIDTH],
         _ => Vec::new(),
     }
 }
 
 /// Whether the start is forgotten, so that it need not be fitted.
 pub fn forgets(plant: &Plant) -> bool {
-    matches!(plant, Plant::Servo(p) if p.output == Output::Position)
+    matches!(plant, Plant::Servo(_))
 }
 
 /// The prediction error as it would be without the corrections, which for a linear plant add up to their own response:

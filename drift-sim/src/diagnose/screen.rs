@@ -26,6 +26,9 @@ pub(super) fn is_predicted(kind: &Kind) -> bool {
         && !["injected_signal", "sensor_noise", "quantization"].contains(&kind.name)
 }
 
+/// Kinds that the screening hands on: those that could take away most.
+const MOST_KINDS: usize = 14;
+
 /// Starting points followed of kinds in whose parameters the prediction jumps.
 const JUMPING: usize = 4;
 
@@ -173,11 +176,18 @@ pub fn screen(
         .into_iter()
         .filter_map(|(base, whitened)| Bench::new(base, signals, whitened))
         .collect();
-    KINDS
+    let mut screened: Vec<Vec<Screened>> = KINDS
         .par_iter()
         .filter(|kind| (kind.applies)(&nominal.model.nominal.plant) && kinds(kind))
         .map(|kind| screen_kind(kind, signals, signatures, &benches, also_from_s))
-        .filter(|trials: &Vec<Trial>| !trials.is_empty())
+        .filter(|kept| !kept.is_empty())
+        .collect();
+    let best = |kept: &[Screened]| kept.iter().map(|s| s.trial.share).fold(f64::NEG_INFINITY, f64::max);
+    screened.sort_by(|a, b| best(b).total_cmp(&best(a)));
+    screened.truncate(MOST_KINDS);
+    screened
+        .into_par_iter()
+        .map(|kept| kept.into_par_iter().map(|screened| screened.refined(signals)).collect())
         .collect()
 }
 
@@ -193,26 +203,32 @@ pub fn left_by(terms: &[Term], base: &Fit, signals: &Signals) -> Vec<f64> {
     terms.par_iter().map(|term| left(term).unwrap_or(f64::INFINITY)).collect()
 }
 
-fn screen_kind(
+/// A trial, and where it was judged.
+struct Screened<'a> {
+    trial: Trial,
+    bench: &'a Bench,
+    yardstick: usize,
+}
+
+fn screen_kind<'a>(
     kind: &'static Kind,
     signals: &Signals,
     signatures: &[Signature],
-    benches: &[Bench],
+    benches: &'a [Bench],
     also_from_s: &[f64],
-) -> Vec<Trial> {
+) -> Vec<Screened<'a>> {
     let terms = terms_of(kind, signatures, signals.duration_s(), also_from_s);
     let jumps = kind.parameters.iter().any(|p| coarse(p.name));
-    let mut kept: Vec<Trial> = Vec::new();
+    let mut kept: Vec<Screened> = Vec::new();
     for bench in benches {
-        let tried: Vec<Vec<Trial>> = terms.iter().filter_map(|term| bench.try_out(term, signals)).collect();
-        for stick in 0..bench.yardsticks.len() {
-            let mut seen: Vec<&Trial> = tried.iter().filter_map(|judged| judged.get(stick)).collect();
+        let tried: Vec<Vec<Trial>> =
+            terms.par_iter().filter_map(|term| bench.try_out(term, signals)).collect();
+        for yardstick in 0..bench.yardsticks.len() {
+            let mut seen: Vec<&Trial> = tried.iter().filter_map(|judged| judged.get(yardstick)).collect();
             seen.sort_by(|a, b| b.share.total_cmp(&a.share));
             for trial in seen.into_iter().take(if jumps { JUMPING } else { 1 }) {
-                let later = trial.term.onset_s > 0.0;
-                let trial = if later { refine_onset(trial, bench, stick, signals) } else { trial.clone() };
-                if kept.iter().all(|other| other.model.x != trial.model.x) {
-                    kept.push(trial);
+                if kept.iter().all(|other| other.trial.model.x != trial.model.x) {
+                    kept.push(Screened { trial: trial.clone(), bench, yardstick });
                 }
             }
         }
@@ -220,37 +236,43 @@ fn screen_kind(
     kept
 }
 
-/// Golden section between the neighbours of the best onset of the grid: an onset is not for gradients.
-fn refine_onset(trial: &Trial, bench: &Bench, stick: usize, signals: &Signals) -> Trial {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    let spacing = signals.duration_s() / ONSETS as f64;
-    let (mut from, mut to) = ((trial.term.onset_s - spacing).max(0.0), trial.term.onset_s + spacing);
-    let mut best = trial.clone();
-    let mut share_at = |t: f64| {
-        let judged = bench.try_out(&trial.term.clone().from_s(t), signals);
-        let Some(found) = judged.and_then(|judged| judged.into_iter().nth(stick)) else {
-            return f64::NEG_INFINITY;
+impl Screened<'_> {
+    /// What begins later by golden section between the neighbours of the best onset of the grid: an onset is not for gradients.
+    fn refined(self, signals: &Signals) -> Trial {
+        const GOLDEN: f64 = 0.618_033_988_749_895;
+        let Self { trial, bench, yardstick } = self;
+        if trial.term.onset_s <= 0.0 {
+            return trial;
+        }
+        let spacing = signals.duration_s() / ONSETS as f64;
+        let (mut from, mut to) = ((trial.term.onset_s - spacing).max(0.0), trial.term.onset_s + spacing);
+        let mut best = trial.clone();
+        let mut share_at = |t: f64| {
+            let judged = bench.try_out(&trial.term.clone().from_s(t), signals);
+            let Some(found) = judged.and_then(|judged| judged.into_iter().nth(yardstick)) else {
+                return f64::NEG_INFINITY;
+            };
+            let share = found.share;
+            if share > best.share {
+                best = found;
+            }
+            share
         };
-        let share = found.share;
-        if share > best.share {
-            best = found;
+        let (mut a, mut b) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
+        let (mut at_a, mut at_b) = (share_at(a), share_at(b));
+        while to - from > 2.0 * signals.sample_time_s && to - from > 1e-4 * signals.duration_s() {
+            if at_a > at_b {
+                (to, b, at_b) = (b, a, at_a);
+                a = to - GOLDEN * (to - from);
+                at_a = share_at(a);
+            } else {
+                (from, a, at_a) = (a, b, at_b);
+                b = from + GOLDEN * (to - from);
+                at_b = share_at(b);
+            }
         }
-        share
-    };
-    let (mut a, mut b) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
-    let (mut at_a, mut at_b) = (share_at(a), share_at(b));
-    while to - from > 2.0 * signals.sample_time_s && to - from > 1e-4 * signals.duration_s() {
-        if at_a > at_b {
-            (to, b, at_b) = (b, a, at_a);
-            a = to - GOLDEN * (to - from);
-            at_a = share_at(a);
-        } else {
-            (from, a, at_a) = (a, b, at_b);
-            b = from + GOLDEN * (to - from);
-            at_b = share_at(b);
-        }
+        best
     }
-    best
 }
 
 /// Everything to try of a kind.

@@ -16,7 +16,7 @@ use super::select::{self, Scored, Winner};
 use super::whiten::Whitener;
 use super::{
     Case, Diagnosis, Rejected, by_direction, constant_load, controller_replay, features, injected, observer,
-    screen,
+    screen, sensor_effects,
 };
 
 /// Terms named together at most.
@@ -49,7 +49,13 @@ impl Case<'_> {
             Error::new("the nominal model can't follow the recorded u: it diverges")
                 .allowed("a loop file whose units, signs and sample time fit the recording")
         })?;
-        let refit = stated.clone().search(self.train, Effort::FULL).settle(self.train, Effort::FULL);
+        let searched = stated.clone().search(self.train, Effort::FULL);
+        // What rounding leaves is no noise that a noise model could describe.
+        let rounding = sensor_effects::grid(&searched, self.train, self.holdout);
+        let (stated, refit) = match &rounding {
+            Some(_) => (stated.unwhitened(), searched.unwhitened()),
+            None => (stated, searched.settle(self.train, Effort::FULL)),
+        };
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
 
@@ -63,7 +69,10 @@ impl Case<'_> {
         let mut rejected = Vec::new();
         let mut located = None;
         // What is left of y tells more than the closed loop, but once a term is named, also what no term explains is in it.
-        let begin = !is_white(&base.residual) || self.unexplained(&base);
+        let begin = match &rounding {
+            Some(rounding) => self.unexplained_with(&rounding.term, &base),
+            None => !is_white(&base.residual) || self.unexplained(&base),
+        };
         let (mut rounds, mut first) = (0, None);
         while named.len() < MOST_TERMS && if rounds == 0 { begin } else { self.unexplained(&base) } {
             let from = if rounds == 0 { from.as_ref().unwrap_or(&stated).clone() } else { base.clone() };

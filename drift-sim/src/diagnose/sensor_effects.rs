@@ -94,7 +94,8 @@ fn ratio_of(old: &[f64], new: &[f64]) -> Option<(f64, f64)> {
     Some((ratio, libm::log(ratio) / error))
 }
 
-fn grid(fit: &Fit, train: &Signals, holdout: &Signals) -> Option<SensorEffect> {
+/// A grid that y lies on in both recordings, where rounding to it explains most of what the fit leaves.
+pub(super) fn grid(fit: &Fit, train: &Signals, holdout: &Signals) -> Option<SensorEffect> {
     let grid = quantum::grid(&train.y)?;
     let again = quantum::grid(&holdout.y)?;
     let explained = grid.step * grid.step / 12.0;

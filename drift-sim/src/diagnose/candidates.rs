@@ -51,7 +51,7 @@ pub fn fit_all(trials: &[Vec<Trial>], stated: &Fit, base: &Fit, signals: &Signal
         return Fitted::default();
     };
     let gained = |c: &Candidate| c.fit.log_likelihood - base.log_likelihood;
-    let within_reach = WITHIN_REACH * gained(&leader);
+    let within_reach = within_reach(base, std::slice::from_ref(&leader));
     let (close, far): (Ranked, Ranked) =
         looked.enumerate().partition(|(rank, c)| *rank + 1 < FINALISTS && gained(c) > within_reach);
     let close = close.into_par_iter().filter_map(|(_, c)| polish(c, signals));
@@ -65,6 +65,12 @@ pub fn fit_all(trials: &[Vec<Trial>], stated: &Fit, base: &Fit, signals: &Signal
         plain.push(Candidate { kind, fit: Fit { model: fit.model.clone().plain(), ..fit } });
     }
     Fitted { whitened, plain }
+}
+
+/// The gain in log-likelihood, before a search to the end, from which a candidate may still win against these.
+pub(super) fn within_reach(base: &Fit, fitted: &[Candidate]) -> f64 {
+    let gained = fitted.iter().map(|c| c.fit.log_likelihood - base.log_likelihood);
+    WITHIN_REACH * gained.fold(0.0, f64::max)
 }
 
 fn sort(candidates: &mut [Candidate]) {

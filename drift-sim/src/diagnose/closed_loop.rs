@@ -4,7 +4,6 @@
 //! loop is what is proved, so a term must move it.
 
 use crate::control_loop::Loop;
-use crate::physics::Term;
 
 use super::Case;
 use super::fit::Fit;
@@ -34,13 +33,6 @@ impl Case<'_> {
     pub(super) fn unexplained(&self, fit: &Fit) -> bool {
         let parts = [self.train, self.holdout];
         parts.iter().any(|signals| self.beyond(fit, signals, FLOOR, LEAST_ERROR).unwrap_or(true))
-    }
-
-    /// The same with one more term in the loop that is no part of the fit.
-    pub(super) fn unexplained_with(&self, term: &Term, fit: &Fit) -> bool {
-        let mut fit = fit.clone();
-        fit.model.nominal.physics.push(term.clone());
-        self.unexplained(&fit)
     }
 
     /// Whether it is so far off, on both parts, that something must be missing whatever is named.

@@ -82,7 +82,9 @@ impl Case<'_> {
         let continued = self.whole.len() > self.train.len();
         let sensor = || sensor_effects::find(&base, self.train, self.holdout, continued);
         // Beside what no term explains, noise can't be judged.
-        let far_off = !self.guessed && self.far_off(&base);
+        let rounding = sensor_effects::grid(&base, self.train, self.holdout);
+        let closed = rounding.map_or_else(|| base.clone(), |rounding| rounding.beside(&base));
+        let far_off = !self.guessed && self.far_off(&closed);
         for effect in if self.guessed || far_off { Vec::new() } else { sensor() } {
             improved.physics.push(effect.term.clone());
             physics.push(Named::alone(

@@ -158,11 +158,16 @@ pub fn refine(fit: Fit, signals: &Signals) -> Fit {
     let Some(count) = fit.model.nominal.physics.last().map(|term| term.spans.len()) else { return fit };
     let mut best = fit;
     for step in EDGE_STEPS {
+        let by_s = step * signals.sample_time_s;
         for edge in 0..2 * count {
-            for way in [-1.0, 1.0] {
-                while let Some(better) = moved(&best, edge, way * step * signals.sample_time_s, signals) {
-                    best = better;
-                }
+            let way = |by_s: f64| Some((by_s, moved(&best, edge, by_s, signals)?));
+            let (earlier, later) = rayon::join(|| way(-by_s), || way(by_s));
+            let better =
+                earlier.into_iter().chain(later).min_by(|a, b| a.1.variance.total_cmp(&b.1.variance));
+            let Some((by_s, better)) = better else { continue };
+            best = better;
+            while let Some(better) = moved(&best, edge, by_s, signals) {
+                best = better;
             }
         }
     }
@@ -188,9 +193,15 @@ fn moved(fit: &Fit, edge: usize, by_s: f64, signals: &Signals) -> Option<Fit> {
     (next.variance < fit.variance).then_some(next)
 }
 
-/// The term on top of a fit, if the missing drive over the whole recording as `seen_by` has it is at two levels; `train` is the part of it that
-/// numbers are fitted to.
-pub fn candidate(seen_by: &Fit, base: &Fit, train: &Signals, whole: &Signals) -> Option<Candidate> {
+/// The term on top of a fit, if the missing drive over the whole recording as `seen_by` has it is at two levels, and if it gains as much
+/// as makes it a rival; `train` is the part of the recording that numbers are fitted to.
+pub fn candidate(
+    seen_by: &Fit,
+    base: &Fit,
+    train: &Signals,
+    whole: &Signals,
+    rival_gain: f64,
+) -> Option<Candidate> {
     if base.model.nominal.physics.iter().any(|term| term.kind.name == "injected_signal") {
         return None;
     }
@@ -206,6 +217,9 @@ pub fn candidate(seen_by: &Fit, base: &Fit, train: &Signals, whole: &Signals) ->
     // The same numbers by which it was seen, then free.
     let trial = trial(&seen_by.model, level, spans, whole.duration_s())?;
     let first = Fit::start(&trial.model, train, &base.whitener)?.search(train, Effort::LOOK);
+    if first.clone().renoised().log_likelihood - base.log_likelihood < rival_gain {
+        return None;
+    }
     let edges = refine(Fit::start(&first.model, whole, &Whitener::of(&first.residual))?, whole);
     let fit = Fit::start(&edges.model, train, &Whitener::none())?;
     let fit = fit.search(train, Effort::FULL).settle(train, Effort::FULL);

@@ -70,7 +70,7 @@ impl Case<'_> {
         let mut located = None;
         // What is left of y tells more than the closed loop, but once a term is named, also what no term explains is in it.
         let begin = match &rounding {
-            Some(rounding) => self.unexplained_with(&rounding.term, &base),
+            Some(rounding) => self.unexplained(&rounding.beside(&base)),
             None => !is_white(&base.residual) || self.unexplained(&base),
         };
         let (mut rounds, mut first) = (0, None);
@@ -173,7 +173,7 @@ impl Case<'_> {
         let plain = !base.model.whitens() || self.is_plainer(&fitted);
         let (base, mut fitted) =
             if plain { (base.plain(self.train), fitted.plain) } else { (base, fitted.whitened) };
-        let special = self.special(stated, &base).into_iter();
+        let special = self.special(stated, &base, &fitted).into_iter();
         fitted.extend(
             special.map(|c| Candidate { fit: if plain { c.fit.plain(self.train) } else { c.fit }, ..c }),
         );
@@ -276,11 +276,12 @@ impl Case<'_> {
     }
 
     /// Effects that no prediction of y shows: noise that changes, a grid of values.
-    fn special(&self, stated: &Fit, base: &Fit) -> Vec<Candidate> {
+    fn special(&self, stated: &Fit, base: &Fit, rivals: &[Candidate]) -> Vec<Candidate> {
+        let rival_gain = candidates::within_reach(base, rivals);
         // A refit may bend the nominal model so far towards a strong signal that its levels no longer stand apart.
         let injected = [base, stated].into_iter();
         injected
-            .filter_map(|from| injected::candidate(from, base, self.train, self.whole))
+            .filter_map(|from| injected::candidate(from, base, self.train, self.whole, rival_gain))
             .max_by(|a, b| a.fit.log_likelihood.total_cmp(&b.fit.log_likelihood))
             .into_iter()
             .collect()

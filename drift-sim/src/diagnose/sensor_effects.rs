@@ -36,6 +36,16 @@ pub struct SensorEffect {
     pub holdout_errors: f64,
 }
 
+impl SensorEffect {
+    /// The fit with the effect in its closed loop; the prediction error stays as it is.
+    #[must_use]
+    pub fn beside(&self, fit: &Fit) -> Fit {
+        let mut fit = fit.clone();
+        fit.model.nominal.physics.push(self.term.clone());
+        fit
+    }
+}
+
 /// The sensor effects that hold on both recordings; `continued` says that the hold-out is the same recording's end.
 pub fn find(fit: &Fit, train: &Signals, unseen: &Signals, continued: bool) -> Vec<SensorEffect> {
     let Some(rest) = holdout::residual(fit, unseen, &fit.whitener) else { return Vec::new() };

@@ -6,11 +6,11 @@
 use crate::control_loop::Loop;
 
 use super::Case;
-use super::fit::Fit;
+use super::fit::{Fit, mean_square};
 use super::missing_drive;
 use super::model::Model;
 use super::prove::{self, FitPct};
-use super::signals::Signals;
+use super::signals::{Signals, deviation};
 
 /// Share of u that a term must move in closed loop to matter; and the part of what sensor noise does to u. On clean
 /// generated loops what the search still finds, from how another simulator discretises, moves u by 0.0003 and 0.19 of the noise.
@@ -23,6 +23,8 @@ const LEAST_ERROR: f64 = 0.003;
 /// The same from which something must be missing.
 const FAR_FLOOR: f64 = 4.0;
 const FAR_ERROR: f64 = 0.03;
+/// Part of the variance of y that a prediction with the term may leave: of a loop in which only noise moves nothing is named.
+const UNPREDICTED: f64 = 0.5;
 /// Factor by which the first term may raise the closed loop's error on the hold-out: chance alone; and the factor to which a further
 /// one, looked for because the closed loop is not explained yet, must lower it.
 const WORSE: f64 = 1.02;
@@ -51,6 +53,9 @@ impl Case<'_> {
 
     /// Why a term of a model that the recordings speak for does not stand all the same; `None` where it stands.
     pub(super) fn veto(&self, base: &Fit, with: &Fit) -> Option<&'static str> {
+        if mean_square(&with.residual) > UNPREDICTED * libm::pow(deviation(&self.train.y), 2.0) {
+            return Some("with it most of y is noise still: too little moves to tell");
+        }
         if !self.matters(base, with) {
             return Some("what it does to u in the closed loop is lost in what sensor noise does");
         }

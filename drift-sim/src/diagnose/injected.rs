@@ -25,6 +25,8 @@ const APART: f64 = 5.0;
 const MOST_SPANS: usize = 200;
 /// Shortest span, in samples.
 const SHORTEST: usize = 3;
+/// Part of the recording, as a divisor, that must lie before and after a single span: one that begins or ends with it is a step.
+const EDGE: usize = 100;
 /// Steps by which edges are moved, in samples.
 const EDGE_STEPS: [f64; 4] = [8.0, 4.0, 2.0, 1.0];
 
@@ -55,7 +57,9 @@ pub fn two_levels(signal: &[f64]) -> Option<TwoLevels> {
     let threshold = 0.5 * (below + above);
     let on = |x: f64| x.is_finite() && (x > threshold) == on_is_above;
     let spans = runs(signal, on);
-    let to_the_end = matches!(spans.as_slice(), [(from, to)] if *from == 0 || *to == signal.len());
+    let margin = signal.len() / EDGE;
+    let to_the_end =
+        matches!(spans.as_slice(), [(from, to)] if *from <= margin || *to + margin >= signal.len());
     if spans.is_empty() || spans.len() > MOST_SPANS || to_the_end {
         return None;
     }

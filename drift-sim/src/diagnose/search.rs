@@ -73,11 +73,31 @@ impl Case<'_> {
             Some(rounding) => self.unexplained(&rounding.beside(&base)),
             None => !is_white(&base.residual) || self.unexplained(&base),
         };
+        if laid_under && !begin {
+            // Nothing is missing but perhaps the load; where it is, others may do as well.
+            (base, named) = self.judge_load(base, named);
+            load_is_open = false;
+            if let Some(load) = named.pop() {
+                let round = self.round(&stated, refit.clone(), Some(load.scored.candidate));
+                let (winner, losers) = self.pick(&round.base, &round.scored);
+                rejected = losers;
+                match winner {
+                    Some(winner) if winner.tied.len() <= MOST_TIED => {
+                        base = winner.scored.candidate.fit.clone();
+                        named.push(winner);
+                    }
+                    winner => {
+                        located = winner.map(|winner| winner.scored.candidate.kind.place);
+                        base = round.base;
+                    }
+                }
+            }
+        }
         let (mut rounds, mut first) = (0, None);
         while named.len() < MOST_TERMS && if rounds == 0 { begin } else { self.unexplained(&base) } {
             let from = if rounds == 0 { from.as_ref().unwrap_or(&stated).clone() } else { base.clone() };
             rounds += 1;
-            let round = self.round(&from, base);
+            let round = self.round(&from, base, None);
             base = round.base.clone();
             let (winner, losers) = self.pick(&base, &round.scored);
             if rounds == 1 {
@@ -145,8 +165,8 @@ impl Case<'_> {
         MissingDrive::of(&linear, &error, self.train.sample_time_s)
     }
 
-    /// All kinds that are not in the model yet, scored against the base.
-    fn round(&self, stated: &Fit, base: Fit) -> Round {
+    /// All kinds that are not in the model yet, and one that is fitted already, scored against the base.
+    fn round(&self, stated: &Fit, base: Fit, also: Option<Candidate>) -> Round {
         let missing = self.missing_drive(&base);
         let signatures = features::signatures(self.nominal, self.train, missing.as_ref());
         let stands = self.nominal.physics.len();
@@ -173,7 +193,7 @@ impl Case<'_> {
         let plain = !base.model.whitens() || self.is_plainer(&fitted);
         let (base, mut fitted) =
             if plain { (base.plain(self.train), fitted.plain) } else { (base, fitted.whitened) };
-        let special = self.special(stated, &base, &fitted).into_iter();
+        let special = self.special(stated, &base, &fitted).into_iter().chain(also);
         fitted.extend(
             special.map(|c| Candidate { fit: if plain { c.fit.plain(self.train) } else { c.fit }, ..c }),
         );
@@ -236,7 +256,7 @@ impl Case<'_> {
     /// closed loop closest, the second is searched on top of it, and each must stand beside the other.
     fn pair(&self, round: &Round) -> Vec<Winner> {
         let follow = |leader: &Candidate| {
-            let next = self.round(&leader.fit, leader.fit.clone());
+            let next = self.round(&leader.fit, leader.fit.clone(), None);
             let (second, _) = self.pick(&next.base, &next.scored);
             let second = second.filter(|second| second.tied.len() <= MOST_TIED)?;
             let first = self.beside(leader.kind, &second.scored.candidate.fit)?;

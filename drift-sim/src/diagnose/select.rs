@@ -121,7 +121,14 @@ pub fn simplest<'a>(best: &Scored, scored: &'a [Scored]) -> Option<&'a Scored> {
 
 /// The winner with what comes within the margin.
 pub fn with_ties(winner: &Scored, scored: &[Scored]) -> Winner {
-    let mut tied: Vec<&'static str> = ties(winner, scored).map(|s| s.candidate.kind.name).collect();
+    let mut tied: Vec<&'static str> = Vec::new();
+    for rival in ties(winner, scored) {
+        let kind = rival.candidate.kind.name;
+        // A load that acts throughout and one that begins later are of one kind.
+        if !tied.contains(&kind) {
+            tied.push(kind);
+        }
+    }
     // Of two that commute exactly, the loop's own name stands for both.
     let lag = scored.iter().find(|s| s.candidate.kind.name == "unmodelled_lag");
     if let Some(lag) =

@@ -15,7 +15,7 @@ use super::signals::Signals;
 use super::whiten::Whitener;
 
 /// Onsets tried across the recording.
-const ONSETS: usize = 24;
+const ONSETS: usize = 16;
 /// Sizes tried around each starting value.
 const FACTORS: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 

@@ -82,6 +82,20 @@ impl Loop {
         }
     }
 
+    /// Whether a recording sampled every `recorded_s` is of this loop: within 2 %, which rounded time stamps and nominal rates need.
+    ///
+    /// # Errors
+    /// It is sampled at another rate.
+    pub fn check_sample_time(&self, recorded_s: f64) -> Result<()> {
+        const CLOCK: f64 = 0.02;
+        let stated_s = self.sample_time_s;
+        if (recorded_s / stated_s - 1.0).abs() <= CLOCK {
+            return Ok(());
+        }
+        let what = format!("sampled every {recorded_s} s, but the loop file's sample_time_s is {stated_s} s");
+        Err(Error::new(what).allowed("the same in both, or --resample"))
+    }
+
     /// The units that parameters are built from.
     pub fn unit_names(&self) -> UnitNames {
         UnitNames::new(&self.units, &self.plant)

@@ -152,7 +152,7 @@ fn recordings_that_do_not_fit_are_refused_or_not_called_anything() {
         Signals::new(&recording, &model).and_then(|signals| diagnose(&signals, None, &model))
     };
     let message = |change: &dyn Fn(&mut Recording)| refused(change).unwrap_err().to_string();
-    assert!(message(&|r| r.sample_time_s = 0.01).contains("sample time"));
+    assert!(message(&|r| r.sample_time_s = 0.01).contains("sample_time_s"));
     assert!(message(&|r| r.y.fill(1.0)).contains("y never changes"));
     assert!(message(&|r| r.u.fill(0.0)).contains("u never changes"));
     assert!(message(&|r| r.y.fill(f64::NAN)).contains("samples of y"));

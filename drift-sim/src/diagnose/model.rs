@@ -4,7 +4,7 @@
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::physics::{Range, Term};
-use crate::plant::{Output, Plant};
+use crate::plant::Plant;
 use crate::simulate::{SUBSTEPS, Simulation, Start};
 
 use super::observer;
@@ -209,7 +209,7 @@ impl Model {
         let state = model.start.state_for(nominal).unwrap_or_default();
         let scale = deviation(&signals.y).max(1e-12);
         for (i, value) in state.iter().enumerate() {
-            if !starts_known(&nominal.plant, i) && !observer::forgets(&nominal.plant) {
+            if !observer::forgets(&nominal.plant) {
                 let free = Free {
                     target: Target::State(i),
                     name: format!("state[{i}]"),
@@ -430,9 +430,4 @@ impl Model {
         }
         residual.iter().all(|e| e.is_finite()).then_some(residual)
     }
-}
-
-/// States that nothing measured depends on at the start: the position behind a speed.
-fn starts_known(plant: &Plant, state: usize) -> bool {
-    matches!(plant, Plant::Servo(p) if p.output == Output::Speed && state == 0)
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::physics::{self, Place, UnitNames};
+use crate::physics::{self, Place, UnitNames, digits, significant};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
-use crate::report::{Block, Chart, Page, Section, interval, number};
+use crate::report::{Block, Chart, Page, Section, number};
 use crate::simulate::Trace;
 
 use super::drive_charts::{Cloud, estimate, usual};
@@ -168,7 +168,7 @@ impl Writing<'_> {
                     kind.name.replace('_', " "),
                     kind.place.name().into(),
                     parameter.name.replace('_', " "),
-                    number(*value),
+                    significant(*value, digits(*value, *width)),
                     self.units.unit(parameter.unit),
                     around(*value, *width, "not determined, or held"),
                 ]
@@ -382,7 +382,7 @@ impl Writing<'_> {
             vec![
                 p.name.clone(),
                 number(p.nominal),
-                number(p.value),
+                significant(p.value, digits(p.value, p.half_width)),
                 around(p.value, p.half_width, "not determined"),
                 number(share),
             ]
@@ -472,7 +472,8 @@ fn with_unit(what: &str, unit: &str) -> String {
 
 fn around(value: f64, half_width: f64, unknown: &str) -> String {
     if half_width.is_finite() {
-        interval([value - half_width, value + half_width])
+        let end = |end: f64| significant(end, digits(value, half_width));
+        format!("{} to {}", end(value - half_width), end(value + half_width))
     } else {
         unknown.to_owned()
     }

@@ -9,9 +9,6 @@ use crate::{Error, Result};
 /// The fewest samples from which anything is concluded.
 pub const LEAST_SAMPLES: usize = 100;
 
-/// How far the loop file's sample time may be from the recording's: rounded time stamps and nominal rates.
-const CLOCK: f64 = 0.02;
-
 /// From the first to the last sample at which the loop was closed.
 fn closed(recording: &Recording) -> Range<usize> {
     let is_closed = |state: &RowState| *state != RowState::Manual;
@@ -47,21 +44,14 @@ impl Signals {
     /// Another sample time than the loop's (beyond 2 %), a column that is missing, too few samples, or a y or u that
     /// never changes.
     pub fn new(recording: &Recording, model: &Loop) -> Result<Self> {
-        let (ours, theirs) = (model.sample_time_s, recording.sample_time_s);
-        if (ours / theirs - 1.0).abs() > CLOCK {
-            return Err(Error::new(format!(
-                "the recording's sample time is {theirs} s, the loop file's {ours} s"
-            ))
-            .allowed("the same sample time in both")
-            .in_file(&recording.name));
-        }
+        model.check_sample_time(recording.sample_time_s).map_err(|e| e.in_file(&recording.name))?;
         let closed = closed(recording);
         let part = |x: &[f64]| held(x.get(closed.clone()).unwrap_or(&[]));
         let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(part));
         let known = |i: usize| recording.state.get(i) != Some(&RowState::Manual);
         let y = recording.y.iter().enumerate().map(|(i, y)| if known(i) { *y } else { f64::NAN });
         let signals = Self {
-            sample_time_s: ours,
+            sample_time_s: model.sample_time_s,
             start_s: recording.time_s(closed.start),
             origin_s: 0.0,
             r: part(&recording.r),

@@ -82,16 +82,27 @@ fn integrated(speed: &str) -> String {
 
 /// A value with four significant digits and its unit, for sentences.
 pub fn shown(value: f64, unit: &str) -> String {
-    let magnitude = value.abs();
-    let number = if magnitude == 0.0 || !magnitude.is_finite() {
+    let number = significant(value, 4);
+    if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }
+}
+
+/// A value, with an exponent where it is very large or very small.
+pub fn significant(value: f64, digits: usize) -> String {
+    let (magnitude, decimals) = (value.abs(), digits.saturating_sub(1));
+    if magnitude == 0.0 || !magnitude.is_finite() {
         format!("{value}")
     } else if !(1e-4..1e6).contains(&magnitude) {
-        format!("{value:.3e}")
+        format!("{value:.decimals$e}")
     } else {
-        let rounded = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+        let rounded = format!("{value:.decimals$e}").parse::<f64>().unwrap_or(value);
         format!("{rounded}")
-    };
-    if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }
+    }
+}
+
+/// Significant digits of a value with which two digits of its half width show: from 4 to 12.
+pub fn digits(value: f64, half_width: f64) -> usize {
+    let more = libm::floor(libm::log10(value.abs())) - libm::floor(libm::log10(half_width.abs()));
+    if more.is_finite() { (more + 2.0).clamp(4.0, 12.0) as usize } else { 4 }
 }
 
 #[cfg(test)]
@@ -116,5 +127,12 @@ mod tests {
         assert_eq!(shown(20.3912, "N"), "20.39 N");
         assert_eq!(shown(-123_456.0, ""), "-123500");
         assert_eq!(shown(2.5e-9, "1"), "2.500e-9");
+    }
+
+    #[test]
+    fn a_narrow_interval_shows_its_ends() {
+        let digits = digits(1150.2381, 0.0172);
+        assert_eq!(significant(1150.2381 - 0.0172, digits), "1150.221");
+        assert_eq!(significant(1150.2381 + 0.0172, digits), "1150.255");
     }
 }

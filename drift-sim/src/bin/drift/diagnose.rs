@@ -7,7 +7,7 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, identify, page, report};
-use drift_sim::physics::{Kind, UnitNames, shown};
+use drift_sim::physics::{Kind, UnitNames, digits, shown, significant};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
@@ -131,12 +131,14 @@ fn physics(named: &Named, units: &UnitNames) -> String {
     let parameters = named.term.kind.parameters.iter().zip(&named.term.parameters);
     for ((parameter, value), width) in parameters.zip(&named.half_widths) {
         let unit = units.unit(parameter.unit);
+        let digits = digits(*value, *width);
         let interval = if width.is_finite() {
-            format!("95 %: {} to {}", shown(value - width, ""), shown(value + width, &unit))
+            format!("95 %: {} to {}", significant(value - width, digits), significant(value + width, digits))
         } else {
             "not determined, or held".into()
         };
-        text += &format!("    {:22} {:<14} {interval}\n", parameter.name, shown(*value, &unit));
+        let value = format!("{} {}", significant(*value, digits), if unit == "1" { "" } else { &unit });
+        text += &format!("    {:22} {value:<20} {interval}\n", parameter.name);
     }
     if let Some(first) = named.moved_from() {
         text +=

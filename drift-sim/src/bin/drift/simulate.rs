@@ -65,9 +65,6 @@ fn not_negative(text: &str) -> std::result::Result<f64, String> {
 /// Samples of a run whose length nobody states.
 const DEFAULT_SAMPLES: usize = 10_000;
 
-/// Sample times that differ by more than this fraction are different ones.
-const SAMPLE_TIME_TOLERANCE: f64 = 0.01;
-
 /// More would be a mistake in the duration: years of a fast loop, tens of gigabytes.
 const MOST_SAMPLES: f64 = 1e9;
 
@@ -200,13 +197,7 @@ impl Driving {
     fn read(path: &Path, model: &Loop, reading: &RecordingArguments) -> Result<Self> {
         let inputs = model.inputs.iter().map(|input| input.column.clone());
         let recording = reading.read(path, inputs.collect())?;
-        if (recording.sample_time_s / model.sample_time_s - 1.0).abs() > SAMPLE_TIME_TOLERANCE {
-            let what = format!(
-                "sampled every {} s, but the loop file's sample_time_s is {} s",
-                recording.sample_time_s, model.sample_time_s
-            );
-            return Err(Error::new(what).allowed("the same in both, or --resample").in_file(path));
-        }
+        model.check_sample_time(recording.sample_time_s).map_err(|e| e.in_file(path))?;
         let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(<[f64]>::to_vec));
         let driving = Self {
             inputs: inputs.collect::<Result<_>>().map_err(|e| e.in_file(path))?,

@@ -63,9 +63,11 @@ impl UnitNames {
             ("{speed}", &self.speed, "speed unit"),
         ];
         let fill = |text: String, (rule, name, words): (&str, &String, &str)| {
-            let composed = text.trim() != rule && name.contains(['/', ' ']);
-            let name = if name.is_empty() { words.to_string() } else { name.clone() };
-            text.replace(rule, &if composed { format!("({name})") } else { name })
+            let name = if name.is_empty() { words } else { name };
+            let divides = text.contains(&format!("/{rule}"));
+            let several = name.contains('/') || (name.contains(' ') && (divides || name != words));
+            let composed = text.trim() != rule && several;
+            text.replace(rule, &if composed { format!("({name})") } else { name.to_string() })
         };
         parts.into_iter().fold(rule.to_string(), fill)
     }
@@ -120,6 +122,7 @@ mod tests {
         assert_eq!(names.unit("{drive}/{position}"), "(N m)/rad");
         assert_eq!(names.unit("{drive}/{speed}^2"), "(N m)/(rad/s)^2");
         assert_eq!(names.unit("{u}/s"), "u unit/s");
+        assert_eq!(names.unit("{drive}/{u}"), "(N m)/(u unit)");
     }
 
     #[test]

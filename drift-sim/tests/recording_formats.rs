@@ -217,6 +217,16 @@ fn a_file_that_is_cut_off_is_one_line_or_shorter() {
     }
 }
 
+/// One byte with which the library's decoder panics instead of refusing.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_panic_of_the_decoder_is_one_line() {
+    let mut bytes = file("loop_lz4.parquet");
+    bytes[1562] = 18;
+    let error = read(bytes, &with_columns("t=t")).unwrap_err().to_string();
+    assert_eq!(error, "x: the Parquet file is cut off or damaged");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -147,7 +147,7 @@ fn pages_have_their_sections_and_charts() {
                 "Missing physics",
                 "what noise alone leaves",
                 "Measured and simulated",
-                "y \u{2212} simulated y / degC",
+                "y \u{2212} \u{177} / degC",
                 "The missing drive",
                 "level of y / degC",
                 "95 % of samples",

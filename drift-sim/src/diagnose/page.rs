@@ -258,15 +258,16 @@ impl Writing<'_> {
         let panels = vec![
             panel("r, y", y_unit, outputs),
             panel("e = r \u{2212} y", y_unit, controls),
-            panel("y \u{2212} simulated y", y_unit, simulated(&error)),
+            panel("y \u{2212} \u{177}", y_unit, simulated(&error)),
             Panel { x_label: "t / s".into(), ..panel("u", &self.units.u, efforts) },
         ];
         let caption = match self.case.holdout {
             Some(_) => "The second recording, which no number was fitted on.",
             None => "The upright line: from there on nothing was fitted.",
         };
-        let caption =
-            format!("{caption} Before: the model with its own numbers refitted; after: with what was found.");
+        let caption = format!(
+            "{caption} Before: the model with its own numbers refitted; after: with what was found. \u{177}: y as simulated."
+        );
         let mut blocks = vec![Block::Chart(Chart {
             figure: Figure::stacked("", panels),
             caption,

@@ -1,6 +1,9 @@
 //! Parquet files: flat columns of numbers, flags, text and time stamps. Only the columns that are read are unpacked.
 
+use std::cell::Cell;
 use std::io::Read;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Once;
 
 use ::parquet::basic::{LogicalType, TimeUnit};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -28,6 +31,31 @@ const ROWS_MAX: i64 = 1 << 31;
 pub(super) fn open(mut source: impl Read, options: &ReadOptions) -> Result<TableRows> {
     let mut bytes = Vec::new();
     source.read_to_end(&mut bytes).map_err(|e| Error::new(format!("can't be read: {e}")))?;
+    contained(|| unpack(bytes, options))
+}
+
+thread_local! {
+    static UNPACKS: Cell<bool> = const { Cell::new(false) };
+}
+
+/// The library's decoders panic on some damaged files: that is the file's fault, and one line as every other.
+fn contained<T>(unpack: impl FnOnce() -> Result<T>) -> Result<T> {
+    static SILENCED: Once = Once::new();
+    SILENCED.call_once(|| {
+        let usual = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !UNPACKS.get() {
+                usual(info);
+            }
+        }));
+    });
+    UNPACKS.set(true);
+    let unpacked = panic::catch_unwind(AssertUnwindSafe(unpack));
+    UNPACKS.set(false);
+    unpacked.unwrap_or_else(|_| Err(Error::new("the Parquet file is cut off or damaged")))
+}
+
+fn unpack(bytes: Vec<u8>, options: &ReadOptions) -> Result<TableRows> {
     let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(refused)?;
     let metadata = reader.metadata();
     let rows = metadata.file_metadata().num_rows();

@@ -5,27 +5,20 @@
 //! as after the first window. Within a block, strips of about the square root of its length are summed apart and
 //! then joined, so that a long block of small samples does not round more than a short one.
 
+mod channel_state;
 mod saved_state;
 
 use heapless::Vec;
 
-use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
+use self::channel_state::{ChannelState, unjudged};
 use crate::config::{Config, ConfigError};
-use crate::course::{Course, Decision, Verdict};
-use crate::detector::{Alarms, DetectorStates};
+use crate::course::{Course, Verdict};
 use crate::error_sums::Trace;
 use crate::index::Indices;
 use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
 use crate::number::Number;
 use crate::report::{Location, Report, WindowStatus};
 use crate::sample::{Excluded, Exclusion, Input};
-
-/// What one channel remembers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct ChannelState {
-    detectors: DetectorStates,
-    course: Course,
-}
 
 /// What the last readings are to the next tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -425,79 +418,5 @@ fn refusal<N: Number>(r: N, y: N, u: N) -> Exclusion {
         Exclusion::NonFinite
     } else {
         Exclusion::OutOfRange
-    }
-}
-
-fn unjudged(kind: ChannelKind) -> ChannelReport {
-    ChannelReport {
-        kind,
-        x: f32::NAN,
-        value: f32::NAN,
-        residual: f32::NAN,
-        z: f32::NAN,
-        extrapolated: false,
-        detectors: DetectorStates {
-            cusum: crate::detector::CusumState::ZERO,
-            sprt: crate::detector::SprtState::ZERO,
-        },
-        alarms: Alarms::NONE,
-        verdict: Verdict::Healthy,
-        side: None,
-        fault_curve: None,
-    }
-}
-
-impl ChannelState {
-    #[inline(never)]
-    fn judge(
-        &mut self,
-        decision: &Decision,
-        channel: &Channel,
-        indices: Option<&Indices>,
-        out: &mut ChannelReport,
-    ) {
-        out.verdict = self.course.verdict();
-        if let Some(indices) = indices {
-            (out.x, out.value) = channel.kind.coordinates(indices);
-            if channel.baseline.learned() {
-                self.judge_residual(decision, channel, out);
-            }
-        }
-        out.detectors = self.detectors;
-        out.side = self.course.side();
-        out.fault_curve = self.course.drifted().map(|fit| FaultCurve::of(fit, &channel.baseline));
-    }
-
-    fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut ChannelReport) {
-        let residual = channel.baseline.residual(out.x, out.value);
-        let z = channel.baseline.standardise(out.x, residual);
-        // A unit that makes an index overflow must not poison the detectors.
-        if !z.is_finite() {
-            return;
-        }
-        out.residual = residual;
-        out.z = z;
-        out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
-        out.alarms = channel.detectors.update(&mut self.detectors, z);
-        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
-    }
-}
-
-impl Location {
-    fn with(self, channel: &ChannelReport) -> Self {
-        if channel.side.is_none() {
-            return self;
-        }
-        let here = match channel.kind {
-            ChannelKind::EnergyError(_) => Self::Tracking,
-            ChannelKind::Effort => Self::OperatingPoint,
-            ChannelKind::MotionEffort => Self::Friction,
-            ChannelKind::Activity => Self::Dynamics,
-        };
-        match self {
-            Self::Nowhere => here,
-            same if same == here => same,
-            _ => Self::Several,
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! What a monitor says at a decision.
 
-use crate::channel::ChannelReport;
+use crate::channel::{ChannelKind, ChannelReport};
 use crate::course::Verdict;
 use crate::index::Indices;
 use crate::sample::Excluded;
@@ -33,6 +33,26 @@ pub enum Location {
     Tracking,
     /// Several channels are away: the operating point and the dynamics changed together.
     Several,
+}
+
+impl Location {
+    /// With what a further channel says.
+    pub(crate) fn with(self, channel: &ChannelReport) -> Self {
+        if channel.side.is_none() {
+            return self;
+        }
+        let here = match channel.kind {
+            ChannelKind::EnergyError(_) => Self::Tracking,
+            ChannelKind::Effort => Self::OperatingPoint,
+            ChannelKind::MotionEffort => Self::Friction,
+            ChannelKind::Activity => Self::Dynamics,
+        };
+        match self {
+            Self::Nowhere => here,
+            same if same == here => same,
+            _ => Self::Several,
+        }
+    }
 }
 
 /// What one decision says: the window's indices, the channels that judge them, and what they amount to.

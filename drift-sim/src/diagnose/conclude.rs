@@ -80,11 +80,16 @@ impl Case<'_> {
         }
         let (mut improved, mut located) = (improved, located);
         let continued = self.whole.len() > self.train.len();
-        let sensor = || sensor_effects::find(&base, self.train, self.holdout, continued);
+        // Of a guessed plant neither is asked.
+        let rounding =
+            if self.guessed { None } else { sensor_effects::grid(&base, self.train, self.holdout) };
+        let far_off = !self.guessed
+            && match &rounding {
+                Some(rounding) => self.far_off(&rounding.beside(&base)),
+                None => self.far_off(&base),
+            };
+        let sensor = || sensor_effects::find(&base, rounding, self.train, self.holdout, continued);
         // Beside what no term explains, noise can't be judged.
-        let rounding = sensor_effects::grid(&base, self.train, self.holdout);
-        let closed = rounding.map_or_else(|| base.clone(), |rounding| rounding.beside(&base));
-        let far_off = !self.guessed && self.far_off(&closed);
         for effect in if self.guessed || far_off { Vec::new() } else { sensor() } {
             improved.physics.push(effect.term.clone());
             physics.push(Named::alone(

@@ -46,12 +46,19 @@ impl SensorEffect {
     }
 }
 
-/// The sensor effects that hold on both recordings; `continued` says that the hold-out is the same recording's end.
-pub fn find(fit: &Fit, train: &Signals, unseen: &Signals, continued: bool) -> Vec<SensorEffect> {
+/// The sensor effects that hold on both recordings, `rounding` ([`grid`]) among them; `continued` says that the hold-out is the same
+/// recording's end.
+pub fn find(
+    fit: &Fit,
+    rounding: Option<SensorEffect>,
+    train: &Signals,
+    unseen: &Signals,
+    continued: bool,
+) -> Vec<SensorEffect> {
     let Some(rest) = holdout::residual(fit, unseen, &fit.whitener) else { return Vec::new() };
     let held = fit.whitener.apply(&rest);
     let noise = noisier(fit, train, &held, continued);
-    grid(fit, train, unseen).into_iter().chain(noise).collect()
+    rounding.into_iter().chain(noise).collect()
 }
 
 fn noisier(fit: &Fit, train: &Signals, held: &[f64], continued: bool) -> Option<SensorEffect> {

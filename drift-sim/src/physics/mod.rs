@@ -48,7 +48,7 @@ mod viscous_friction;
 pub use effect::{Context, Effect, Hook, Motion, Numbers};
 pub use signature::Signature;
 pub use stiction::stem;
-pub use units::{UnitNames, Units, digits, shown, significant};
+pub use units::{UnitNames, Units, digits, shown, significant, with_unit};
 
 use crate::plant::Plant;
 use crate::{Error, Result};

@@ -84,7 +84,11 @@ fn integrated(speed: &str) -> String {
 
 /// A value with four significant digits and its unit, for sentences.
 pub fn shown(value: f64, unit: &str) -> String {
-    let number = significant(value, 4);
+    with_unit(significant(value, 4), unit)
+}
+
+/// A number with its unit, if it has one.
+pub fn with_unit(number: String, unit: &str) -> String {
     if unit.is_empty() || unit == "1" { number } else { format!("{number} {unit}") }
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, identify, page, report};
-use drift_sim::physics::{Kind, UnitNames, digits, shown, significant};
+use drift_sim::physics::{Kind, UnitNames, digits, shown, significant, with_unit};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
@@ -137,7 +137,7 @@ fn physics(named: &Named, units: &UnitNames) -> String {
         } else {
             "not determined, or held".into()
         };
-        let value = format!("{} {}", significant(*value, digits), if unit == "1" { "" } else { &unit });
+        let value = with_unit(significant(*value, digits), &unit);
         text += &format!("    {:22} {value:<20} {interval}\n", parameter.name);
     }
     if let Some(first) = named.moved_from() {

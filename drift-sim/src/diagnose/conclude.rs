@@ -12,8 +12,8 @@ use super::select::{Scored, Winner};
 use super::signals::Signals;
 use super::whiten::independent_share;
 use super::{
-    Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, controller_fault, excitation,
-    features, interval, locate, prove, sensor_effects,
+    Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, excitation, features,
+    interval, locate, prove, sensor_effects,
 };
 
 /// What refitted numbers must gain to be called other numbers.
@@ -99,22 +99,8 @@ impl Case<'_> {
                 effect.holdout_errors,
             ));
         }
-        if let Some(replay) = &controller {
-            let fault = controller_fault::find(self.nominal, replay, self.train, self.holdout);
-            match fault {
-                Some(fault) => {
-                    improved.physics.push(fault.term.clone());
-                    let errors = fault.holdout_share * libm::sqrt(self.holdout.len() as f64);
-                    physics.insert(
-                        0,
-                        Named::alone(fault.term, vec![fault.half_width], fault.train_gain, errors),
-                    );
-                }
-                None if replay.relative > LAW_IS_ANOTHER && physics.is_empty() => {
-                    located = Some(Place::Controller);
-                }
-                None => {}
-            }
+        if controller.as_ref().is_some_and(|law| law.relative > LAW_IS_ANOTHER) && physics.is_empty() {
+            located = Some(Place::Controller);
         }
         if far_off && physics.is_empty() && located.is_none() {
             // The law holds, so that it is on the way from u to y; no term of the library is it.

@@ -2,10 +2,10 @@
 //! model, both sides are measured, and feedback can't bias it.
 
 use crate::control_loop::Loop;
-use crate::controller::{Controller, Law};
-use crate::simulate::Start;
+use crate::controller::Controller;
+use crate::simulate::{Start, replay_law};
 
-use super::signals::{Signals, deviation};
+use super::signals::{Signals, deviation, held};
 
 /// What the replay shows.
 #[derive(Debug, Clone)]
@@ -31,20 +31,7 @@ pub fn replay(model: &Loop, signals: &Signals) -> Option<ControllerReplay> {
         return None;
     }
     let start = Start::from_recording(model, &signals.r, &signals.y, &signals.u);
-    let mut law = Law::new(&model.controller, model.sample_time_s);
-    law.start(start.integrator, start.y, start.velocity, start.u);
-    let mut last = signals.y.iter().copied().find(|y| y.is_finite()).unwrap_or(0.0);
-    let replayed: Vec<f64> = signals
-        .r
-        .iter()
-        .zip(&signals.y)
-        .map(|(r, y)| {
-            if y.is_finite() {
-                last = *y;
-            }
-            law.step(*r, last)
-        })
-        .collect();
+    let replayed = replay_law(model, &signals.r, &held(&signals.y), &start);
     let error: Vec<f64> = signals.u.iter().zip(&replayed).map(|(u, v)| u - v).collect();
     let scale = deviation(&signals.u).max(1e-300);
     let rms = |e: &[f64]| libm::sqrt(e.iter().map(|e| e * e).sum::<f64>() / e.len().max(1) as f64);

@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use crate::control_loop::Loop;
+use crate::controller::Controller;
 use crate::physics::Term;
 use crate::plant::Plant;
 use crate::{Error, Result};
@@ -53,8 +54,8 @@ const LIMITS_FOLLOWED: usize = 2;
 pub struct Identified {
     /// The loop with the linear plant alone.
     pub nominal: Loop,
-    /// The limit at the actuator with which that plant was found; none where the plant needs none.
-    pub limit: Option<Term>,
+    /// What it was found with, and what the diagnosis has to prove: a limit at the actuator, or a motor's friction and play.
+    pub with: Vec<Term>,
 }
 
 /// Limits of the drive; infinite where there is none.
@@ -63,6 +64,7 @@ type Limits = (f64, f64);
 const NO_LIMITS: Limits = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// A candidate and what it predicts of y that it has not seen.
+#[derive(Clone)]
 struct Validated {
     found: Loop,
     numbers: usize,
@@ -85,23 +87,26 @@ pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Identified>> {
         .into_par_iter()
         .filter_map(|fit| validate(&fit.search(signals, Effort::FULL), signals))
         .collect();
-    let chosen = simplest(&validated).ok_or_else(|| {
+    let linear = simplest(&validated).cloned();
+    // What only a known law's loop can prove is looked for under one alone.
+    let motor = (model.controller != Controller::Recorded).then(|| motor::identify(model, signals)).flatten();
+    let rivals: Vec<Validated> = linear.into_iter().chain(motor).collect();
+    let chosen = simplest(&rivals).ok_or_else(|| {
         Error::new("no linear plant of up to second order predicts y from the recorded u: nothing can be said on such a plant")
             .allowed("a recording in which u moves y (--healthy takes the plant from others), or a plant in the loop file")
     })?;
     let mut nominal = chosen.found.clone();
-    let limit = (nominal.physics.len() > model.physics.len()).then(|| nominal.physics.pop()).flatten();
-    Ok(Some(Identified { nominal, limit }))
+    // A motor's constant load stands for the offset of the linear plants: part of the plant, nothing to prove.
+    let own = model.physics.len() + usize::from(matches!(nominal.plant, Plant::Servo(_)));
+    let with = nominal.physics.split_off(own.min(nominal.physics.len()));
+    Ok(Some(Identified { nominal, with }))
 }
 
 /// Of the candidates the one with the fewest numbers among those that predict about as well as the best.
 fn simplest(validated: &[Validated]) -> Option<&Validated> {
     let sum = |v: &Validated| v.blocks.iter().sum::<f64>();
     let best = validated.iter().max_by(|a, b| sum(a).total_cmp(&sum(b)))?;
-    let near = |v: &&Validated| {
-        let (behind, error) = holdout::gain(&best.blocks, &v.blocks);
-        behind <= error
-    };
+    let near = |v: &&Validated| holdout::gain(&best.blocks, &v.blocks).1 <= 1.0;
     let fewest = validated.iter().filter(near).map(|v| v.numbers).min()?;
     validated.iter().filter(near).filter(|v| v.numbers == fewest).max_by(|a, b| sum(a).total_cmp(&sum(b)))
 }
@@ -285,6 +290,8 @@ pub fn from_healthy(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
     let plant = super::model::with_plant_numbers(&first.plant, &medians);
     Ok(Loop { plant, ..first.clone() })
 }
+
+mod motor;
 
 #[cfg(test)]
 mod tests;

@@ -6,16 +6,16 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Limits;
-use crate::physics::{Place, Term};
+use crate::physics::Term;
 
-use super::closed_loop::fit_pct;
 use super::controller_replay::{ControllerReplay, TOLERANCE, replay};
 use super::fit::mean_square;
 use super::signals::{Signals, deviation, range};
-use super::{Diagnosis, Fits, Named, Verdict};
 
 /// Part of the replay's error, root mean square, that the limit may leave.
 const MAY_LEAVE: f64 = 0.6;
+/// The same where the hold-out hardly comes to the limit and can only not speak against it.
+const MAY_LEAVE_ALONE: f64 = 0.3;
 /// Least samples at a limit.
 const LEAST_SAMPLES: usize = 5;
 /// Width of a limit's level, as parts of the range of u: noise of the recorded u. The likeliest is taken.
@@ -30,8 +30,10 @@ pub struct LawLimit {
     pub term: Term,
     /// Half widths of the 95 % intervals of its levels; infinite for a side without one.
     pub half_widths: Vec<f64>,
-    gain: f64,
-    holdout_errors: f64,
+    /// Gain in log-likelihood of u on the training part.
+    pub gain: f64,
+    /// The same on the hold-out, in standard errors.
+    pub holdout_errors: f64,
 }
 
 /// One side: its level and the scatter of u around it.
@@ -58,8 +60,9 @@ pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit
     let without = error(&free, train);
     let (held_with, held_without) =
         (error(&replay(&limited, holdout)?, holdout), error(&replay(model, holdout)?, holdout));
-    let much = MAY_LEAVE * MAY_LEAVE;
-    if with > much * without || held_with > much * held_without {
+    let much = |part: f64, with: f64, without: f64| with <= part * part * without;
+    let on_both = much(MAY_LEAVE, with, without) && much(MAY_LEAVE, held_with, held_without);
+    if !on_both && !(much(MAY_LEAVE_ALONE, with, without) && held_with <= held_without) {
         return None;
     }
     // A side without a limit is put beyond all that the law asked for.
@@ -105,33 +108,6 @@ fn levels(side: f64, u: &[f64]) -> Vec<Option<Side>> {
 fn error(replay: &ControllerReplay, signals: &Signals) -> f64 {
     let late = signals.u.iter().skip(replay.shift).zip(&replay.u).map(|(u, v)| u - v);
     mean_square(&late.collect::<Vec<f64>>())
-}
-
-impl Diagnosis {
-    /// The diagnosis of the limited loop as that of the loop as it was stated.
-    #[must_use]
-    pub(super) fn with_law_limit(
-        mut self,
-        limit: LawLimit,
-        stated: &Loop,
-        train: &Signals,
-        holdout: &Signals,
-    ) -> Self {
-        let unlimited = |model: &Loop| Loop { controller: stated.controller.clone(), ..model.clone() };
-        self.nominal = unlimited(&self.nominal);
-        self.refitted = unlimited(&self.refitted);
-        let fits = |of: &Fits, signals: &Signals| Fits {
-            nominal: fit_pct(&self.nominal, signals),
-            before: fit_pct(&self.refitted, signals),
-            ..*of
-        };
-        (self.train, self.holdout) = (fits(&self.train, train), fits(&self.holdout, holdout));
-        let named = Named::alone(limit.term, limit.half_widths, limit.gain, limit.holdout_errors);
-        self.physics.insert(0, named);
-        self.place = Some(Place::Actuator);
-        self.verdict = Verdict::MissingPhysics;
-        self
-    }
 }
 
 #[cfg(test)]

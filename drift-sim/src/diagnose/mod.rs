@@ -22,6 +22,7 @@ pub mod holdout;
 pub mod identify;
 pub mod injected;
 pub mod interval;
+mod law_faults;
 pub mod law_limit;
 pub mod linear_shape;
 pub mod locate;
@@ -231,9 +232,9 @@ fn diagnose_all(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
             return Ok(found);
         }
     }
-    let limit = law_limit::find(nominal, &train, &held);
+    let faults = law_faults::find(nominal, &train, &held);
     let stated = nominal;
-    let nominal = limit.as_ref().map_or(nominal, |limit| &limit.model);
+    let nominal = faults.as_ref().map_or(nominal, |faults| &faults.model);
     let identified = identify::plant(nominal, &train)?;
     let mut model = identified.as_ref().map_or(nominal, |found| &found.nominal).clone();
     if another_law(&model, &train, &held) {
@@ -242,8 +243,8 @@ fn diagnose_all(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
     let guessed = identified.is_some() || model.controller == Controller::Recorded;
     let case = Case { nominal: &model, train: &train, holdout: &held, whole, guessed };
     let found = if guessed { case.run_recorded(identified.as_ref()) } else { case.run() }?;
-    Ok(match limit {
-        Some(limit) => found.with_law_limit(limit, stated, &train, &held),
+    Ok(match faults {
+        Some(faults) => found.with_law_faults(faults, stated, &train, &held),
         None => found,
     })
 }

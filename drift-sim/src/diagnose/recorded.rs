@@ -7,6 +7,7 @@
 //! not fitted, of spans by how well the others predict each. Spans are events of their own, so they are looked for in the
 //! whole recording, and so are their sizes.
 
+use crate::physics::Term;
 use crate::{Error, Result};
 
 use super::candidates::Candidate;
@@ -19,7 +20,7 @@ use super::select::{self, Scored, Winner};
 use super::spans::{self, Acting};
 use super::valve::Valve;
 use super::whiten::{Whitener, effective_samples};
-use super::{Case, Diagnosis, Fits, controller_replay};
+use super::{Case, Diagnosis, Fits, Rejected, controller_replay};
 
 /// Standard errors of its weakest span by which what comes and goes must be there.
 const LEAST_ERRORS: f64 = 4.0;
@@ -35,6 +36,13 @@ fn at_its_operating_point(model: &Model) -> Model {
     targets.into_iter().fold(model.clone(), |model, target| model.held(target))
 }
 
+/// The fit with the terms that stand, and those that do not.
+struct Proven {
+    base: Fit,
+    named: Vec<Winner>,
+    rejected: Vec<Rejected>,
+}
+
 impl Diagnosis {
     /// Of events that were looked for in the whole recording nothing was held out.
     fn nothing_held_out(mut self) -> Self {
@@ -47,23 +55,13 @@ impl Diagnosis {
 impl Case<'_> {
     /// The diagnosis with the few effects that an identified plant or an unknown law leave room for.
     pub(super) fn run_recorded(&self, identified: Option<&Identified>) -> Result<Diagnosis> {
-        let limit = identified.and_then(|found| found.limit.as_ref());
         let stated = Fit::start(&Model::refit(self.nominal, self.train), self.train, &Whitener::none())
             .ok_or_else(lost)?;
         let refit = stated.clone().search(self.train, Effort::FULL);
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
-        let mut base = refit.clone();
-        let mut named: Vec<Winner> = Vec::new();
-        let mut rejected = Vec::new();
-        if let Some(scored) = limit.and_then(|limit| self.with_limit(&stated, &base, limit)) {
-            if scored.accepted() && self.matters(&base, &scored.candidate.fit) {
-                base = scored.candidate.fit.clone();
-                named.push(Winner::alone(scored));
-            } else {
-                rejected.extend(select::losers(&[scored], None, Vec::new()));
-            }
-        }
+        let with = identified.map_or(&[][..], |found| &found.with);
+        let Proven { base, named, rejected } = self.proven(&stated, &refit, with);
         // A plant from the very recording has taken up part of what comes and goes in it.
         if identified.is_none()
             && named.is_empty()
@@ -145,11 +143,43 @@ impl Case<'_> {
         Ok(Some(found.nothing_held_out()))
     }
 
-    /// The limit with which the plant was identified, against the best linear plant without.
-    fn with_limit(&self, stated: &Fit, base: &Fit, limit: &crate::physics::Term) -> Option<Scored> {
-        let model = stated.model.with_term(limit, false, self.train.duration_s());
-        let fit = Fit::start(&model, self.train, &Whitener::none())?.search(self.train, Effort::FULL);
-        self.score_free_run(base, Candidate { kind: limit.kind, fit })
+    /// What the plant was identified with, each term against the best fit without it; one that does not stand goes, and the others are judged
+    /// again.
+    fn proven(&self, stated: &Fit, refit: &Fit, with: &[Term]) -> Proven {
+        let mut with = with.to_vec();
+        let mut rejected = Vec::new();
+        while !with.is_empty() {
+            let Some(fit) = self.fit_with(stated, &with) else { break };
+            let judged = |(gone, term): (usize, &Term)| {
+                let others: Vec<Term> = with
+                    .iter()
+                    .enumerate()
+                    .filter(|(i, _)| *i != gone)
+                    .map(|(_, term)| term.clone())
+                    .collect();
+                let base = if others.is_empty() { refit.clone() } else { self.fit_with(stated, &others)? };
+                let scored = self.score_free_run(&base, Candidate { kind: term.kind, fit: fit.clone() })?;
+                Some((scored.accepted() && self.matters(&base, &fit), scored))
+            };
+            let judged: Option<Vec<(bool, Scored)>> = with.iter().enumerate().map(judged).collect();
+            let Some(judged) = judged else { break };
+            let weakest = (judged.iter().enumerate().filter(|(_, (stands, _))| !stands))
+                .min_by(|a, b| a.1.1.train_gain.total_cmp(&b.1.1.train_gain));
+            let Some((weakest, (_, scored))) = weakest else {
+                let named = judged.into_iter().map(|(_, scored)| Winner::alone(scored)).collect();
+                return Proven { base: fit, named, rejected };
+            };
+            rejected.extend(select::losers(std::slice::from_ref(scored), None, Vec::new()));
+            with.remove(weakest);
+        }
+        Proven { base: refit.clone(), named: Vec::new(), rejected }
+    }
+
+    fn fit_with(&self, stated: &Fit, with: &[Term]) -> Option<Fit> {
+        let duration_s = self.train.duration_s();
+        let model =
+            with.iter().fold(stated.model.clone(), |model, term| model.with_term(term, false, duration_s));
+        Some(Fit::start(&model, self.train, &Whitener::none())?.search(self.train, Effort::FULL))
     }
 
     /// Scores a candidate by how much better its free run follows y. A noise model would not do: where the linear plant is only
@@ -162,12 +192,12 @@ impl Case<'_> {
         let extra = candidate.fit.model.physical().saturating_sub(base.model.physical()) as f64;
         let blocks = |fit: &Fit| holdout::block_likelihoods(fit, self.holdout, &Whitener::none());
         let (with, without) = (blocks(&candidate.fit)?, blocks(base)?);
-        let (mean, error) = holdout::gain(&with, &without);
+        let (mean, errors) = holdout::gain(&with, &without);
         let share = worth / base.residual.len().max(1) as f64;
         Some(Scored {
             train_gain: 0.5 * (worth * libm::log(ratio) - extra * libm::log(worth.max(2.0))),
             holdout_gain: mean * with.len() as f64 * share,
-            holdout_errors: mean / error.max(1e-300),
+            holdout_errors: errors,
             candidate,
         })
     }

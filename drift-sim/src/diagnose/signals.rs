@@ -123,7 +123,7 @@ pub fn range(x: &[f64]) -> (f64, f64) {
 }
 
 /// The column with its last value wherever one is missing; the first one at the beginning.
-fn held(column: &[f64]) -> Vec<f64> {
+pub fn held(column: &[f64]) -> Vec<f64> {
     let mut last = column.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);
     column
         .iter()

@@ -37,6 +37,7 @@ mod rate_limit;
 mod saturation;
 mod sensor_bias;
 mod sensor_drift;
+mod sensor_hysteresis;
 mod sensor_lag;
 mod sensor_noise;
 mod stiction;
@@ -81,6 +82,7 @@ pub static KINDS: &[&Kind] = &[
     &sensor_drift::KIND,
     &sensor_noise::KIND,
     &sensor_lag::KIND,
+    &sensor_hysteresis::KIND,
     &quantization::KIND,
     &load_step::KIND,
     &load_ramp::KIND,

@@ -15,12 +15,14 @@
 mod body;
 mod delay_line;
 mod exact;
+mod law;
 mod linear;
 mod servo;
 mod start;
 mod tank;
 mod terms;
 
+pub use law::replay_law;
 pub use start::Start;
 
 use rand_chacha::ChaCha8Rng;

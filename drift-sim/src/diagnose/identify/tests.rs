@@ -45,7 +45,7 @@ fn a_lag_with_dead_time_is_identified() {
     near(plant.time_constant_s, 12.0, 0.02);
     near(plant.delay_s, 0.8, 0.1);
     near(plant.offset, 20.0, 0.01);
-    assert!(found.limit.is_none());
+    assert!(found.with.is_empty());
 }
 
 /// Two lags of 8 and 3 s behind 1.2 s of dead time: `1.5/(24 s^2 + 11 s + 1)`.
@@ -84,7 +84,7 @@ fn a_plant_behind_a_limit_is_found_with_it() {
     let u: Vec<f64> =
         (0..6000).map(|i| 4.0 + 3.0 * [1.0, -1.0, 4.0, -4.0, 2.0, -2.5][(i / 170) % 6]).collect();
     let found = identified(&recorded(Plant::FirstOrder(truth), &[limit], u, 0.02));
-    let limit = found.limit.expect("a limit");
+    let [limit] = found.with.as_slice() else { panic!("a limit") };
     near(limit.value("upper").unwrap(), 8.0, 0.02);
     assert!(limit.value("lower").unwrap().abs() < 0.2, "{limit:?}");
     let Plant::FirstOrder(plant) = found.nominal.plant else { panic!("{:?}", found.nominal) };

@@ -1,0 +1,46 @@
+//! Play between the plant and what its sensor shows, as of a gear before the sensor: y stays until the plant has crossed the
+//! gap, then follows at its edge; `width` is the total play. It begins in the middle of the gap. In a loop that integrates it ends in a
+//! cycle that no tuning of the gain removes.
+
+use super::signature::singles;
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+
+pub(super) static KIND: Kind = Kind {
+    name: "sensor_hysteresis",
+    place: Place::Sensor,
+    begins: Begins::Start,
+    parameters: &[Parameter { name: "width", unit: "{y}", range: Range::NotNegative }],
+    applies: every_plant,
+    consistent: any_values,
+    effect: |p, _| Box::new(SensorHysteresis { half: 0.5 * p[0], shown: None }),
+    starts: |s| singles(Signature::or_fractions(0.0, s.y_scale)),
+    excitation: "Reversals of y.",
+    ties: &["backlash", "stiction"],
+    experiment: "Reverse y once fast and once slowly: play at the sensor costs the same way of y both times, play at the actuator the same change of u.",
+    says: |p, units| {
+        format!("Between the plant and what the sensor shows there is a play of {}.", shown(p[0], &units.y))
+    },
+};
+
+#[derive(Clone)]
+struct SensorHysteresis {
+    half: f64,
+    shown: Option<f64>,
+}
+
+impl Effect for SensorHysteresis {
+    fn hooks(&self) -> &'static [Hook] {
+        &[Hook::Sense]
+    }
+
+    fn sensor(&mut self, _: f64, y: f64) -> f64 {
+        let before = *self.shown.get_or_insert(y);
+        let after = before.max(y - self.half).min(y + self.half);
+        self.shown = Some(after);
+        after
+    }
+
+    fn copy(&self) -> Box<dyn Effect> {
+        Box::new(self.clone())
+    }
+}

@@ -1,5 +1,6 @@
 //! From the end of a search to what is reported: terms with intervals, faults of sensor and law, parameters, verdict, proof.
 
+use crate::controller::Controller;
 use crate::physics::{Kind, Place, Term};
 use crate::{Error, Result};
 
@@ -125,6 +126,10 @@ impl Case<'_> {
             after: fit_pct(&improved, signals),
         };
         let holdout = fits(self.holdout);
+        let not_followed = match self.nominal.controller {
+            Controller::Recorded => holdout.after.is_none_or(|fit| fit.y_pct < FOLLOWED),
+            _ => self.far_off(&base),
+        };
         let improvement =
             match (prove::run(&refitted, self.holdout, 0), prove::run(&improved, self.holdout, 0)) {
                 (Some(a), Some(b)) => prove::improvement(&a, &b, self.nominal, self.holdout),
@@ -144,7 +149,7 @@ impl Case<'_> {
             spans: locate::spans(&refit, &base, self.train),
             depends_on: depends_on.unwrap_or_default(),
             not_used: 0,
-            far_off: far_off || (self.guessed && holdout.after.is_none_or(|fit| fit.y_pct < FOLLOWED)),
+            far_off: far_off || (self.guessed && not_followed),
             physics,
             parameters,
             rejected,

@@ -27,23 +27,24 @@ pub fn block_likelihoods(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> O
 
 /// Measured less predicted y on the hold-out, the parameters being those of the fit.
 pub fn residual(fit: &Fit, holdout: &Signals, whitener: &Whitener) -> Option<Vec<f64>> {
-    let states = start_only(&fit.model, holdout)?;
-    let started = Fit::start(&states, holdout, whitener)?;
-    let started = if states.free.is_empty() { started } else { started.search(holdout, Effort::LOOK) };
-    Some(started.residual)
+    let (fitted, _) = fit.model.loop_at(&fit.model.x)?;
+    Some(started(&fitted, holdout, whitener)?.residual)
 }
 
 /// y as the loop's plant makes it of the recorded u, from the start that fits best.
 pub fn free_run(model: &Loop, signals: &Signals) -> Option<Vec<f64>> {
-    let started = Fit::start(&only_start(model, signals), signals, &Whitener::none())?;
-    let fit = if started.model.free.is_empty() { started } else { started.search(signals, Effort::LOOK) };
+    let fit = started(model, signals, &Whitener::none())?;
     fit.model.predict(&fit.model.x, signals)
 }
 
-/// The model with everything but the starting state fixed at its point.
-fn start_only(model: &Model, holdout: &Signals) -> Option<Model> {
-    let (fitted, _) = model.loop_at(&model.x)?;
-    Some(only_start(&fitted, holdout))
+/// The loop at the start that fits best, its numbers as they are.
+fn started(model: &Loop, signals: &Signals, whitener: &Whitener) -> Option<Fit> {
+    let starts = only_start(model, signals).across_the_gap();
+    let fits = starts.iter().filter_map(|model| {
+        let started = Fit::start(model, signals, whitener)?;
+        Some(if model.free.is_empty() { started } else { started.search(signals, Effort::LOOK) })
+    });
+    fits.min_by(|a, b| a.variance.total_cmp(&b.variance))
 }
 
 fn only_start(model: &Loop, signals: &Signals) -> Model {

@@ -253,44 +253,6 @@ fn limit_pairs(u: &[f64]) -> Vec<Limits> {
     pairs.filter(|limits| *limits != NO_LIMITS && limits.0 < limits.1).collect()
 }
 
-/// The loop with its numbers from healthy recordings: each is fitted by itself, the median of every number is taken.
-///
-/// # Errors
-/// The model follows none of them.
-pub fn from_healthy(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
-    let Some(longest) = healthy.iter().max_by_key(|signals| signals.len()) else { return Ok(model.clone()) };
-    // One structure for all: that of the longest recording.
-    let identified = plant(model, longest)?.map(|found| found.nominal);
-    let start = identified.unwrap_or_else(|| model.clone());
-    let fitted: Vec<Loop> = healthy
-        .par_iter()
-        .map(|signals| {
-            let start = Model::refit(&start, signals);
-            let lost = || Error::new("the model can't follow the u of a healthy recording: it diverges");
-            let fit = Fit::start(&start, signals, &Whitener::none()).ok_or_else(lost)?;
-            let fit = fit.search(signals, Effort::FULL).settle(signals, Effort::FULL);
-            fit.model.loop_at(&fit.model.x).map(|found| found.0).ok_or_else(lost)
-        })
-        .collect::<Result<_>>()?;
-    let numbers = |found: &Loop| -> Vec<f64> {
-        super::model::plant_numbers(&found.plant).into_iter().map(|(_, value, _)| value).collect()
-    };
-    // A dead time that went to nothing is no number any more.
-    let Some(first) = fitted.iter().max_by_key(|found| numbers(found).len()) else {
-        return Ok(model.clone());
-    };
-    let all = numbers(first).len();
-    let numbers: Vec<Vec<f64>> = fitted.iter().map(numbers).filter(|row| row.len() == all).collect();
-    let median = |i: usize| {
-        let mut values: Vec<f64> = numbers.iter().filter_map(|row| row.get(i).copied()).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-    };
-    let medians: Vec<f64> = (0..numbers.first().map_or(0, Vec::len)).map(median).collect();
-    let plant = super::model::with_plant_numbers(&first.plant, &medians);
-    Ok(Loop { plant, ..first.clone() })
-}
-
 mod motor;
 
 #[cfg(test)]

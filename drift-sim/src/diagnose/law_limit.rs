@@ -62,7 +62,8 @@ pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit
         (error(&replay(&limited, holdout)?, holdout), error(&replay(model, holdout)?, holdout));
     let much = |part: f64, with: f64, without: f64| with <= part * part * without;
     let on_both = much(MAY_LEAVE, with, without) && much(MAY_LEAVE, held_with, held_without);
-    if !on_both && !(much(MAY_LEAVE_ALONE, with, without) && held_with <= held_without) {
+    let alone = much(MAY_LEAVE_ALONE, with, without) && held_with <= held_without;
+    if !on_both && !alone {
         return None;
     }
     // A side without a limit is put beyond all that the law asked for.

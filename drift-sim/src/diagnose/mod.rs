@@ -18,6 +18,7 @@ mod drive_charts;
 pub mod excitation;
 pub mod features;
 pub mod fit;
+pub mod healthy;
 pub mod holdout;
 pub mod identify;
 pub mod injected;
@@ -206,13 +207,28 @@ pub struct Diagnosis {
 /// # Errors
 /// The plant is still to be identified, the recording is too short, or the nominal model can't be simulated.
 pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
+    diagnose_beside(recording, holdout, nominal, 0.0)
+}
+
+/// The same where healthy recordings show events of this gain themselves.
+fn diagnose_beside(
+    recording: &Signals,
+    holdout: Option<&Signals>,
+    nominal: &Loop,
+    event_gain: f64,
+) -> Result<Diagnosis> {
     let all = recording.len();
     let (recording, holdout) = (recording.part(0, MOST_SAMPLES), holdout.map(|h| h.part(0, MOST_SAMPLES)));
-    let found = diagnose_all(&recording, holdout.as_ref(), nominal)?;
+    let found = diagnose_all(&recording, holdout.as_ref(), nominal, event_gain)?;
     Ok(Diagnosis { not_used: all - recording.len(), ..found })
 }
 
-fn diagnose_all(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
+fn diagnose_all(
+    recording: &Signals,
+    holdout: Option<&Signals>,
+    nominal: &Loop,
+    event_gain: f64,
+) -> Result<Diagnosis> {
     let cut = ((1.0 - HELD_OUT) * recording.len() as f64) as usize;
     let (train, held) = match holdout {
         Some(holdout) => (recording.clone(), holdout.clone()),
@@ -226,8 +242,14 @@ fn diagnose_all(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
         && let Some(valve) = valve::find(recording)
     {
         let model = Loop { plant: valve.plant.clone(), ..nominal.clone() };
-        let case =
-            Case { nominal: &model, train: recording, holdout: &held, whole: recording, guessed: true };
+        let case = Case {
+            nominal: &model,
+            train: recording,
+            holdout: &held,
+            whole: recording,
+            guessed: true,
+            event_gain,
+        };
         if let Some(found) = case.run_valve(&valve)? {
             return Ok(found);
         }
@@ -241,7 +263,7 @@ fn diagnose_all(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) 
         model.controller = Controller::Recorded;
     }
     let guessed = identified.is_some() || model.controller == Controller::Recorded;
-    let case = Case { nominal: &model, train: &train, holdout: &held, whole, guessed };
+    let case = Case { nominal: &model, train: &train, holdout: &held, whole, guessed, event_gain };
     let found = if guessed { case.run_recorded(identified.as_ref()) } else { case.run() }?;
     Ok(match faults {
         Some(faults) => found.with_law_faults(faults, stated, &train, &held),
@@ -266,4 +288,6 @@ struct Case<'a> {
     whole: &'a Signals,
     /// Whether the plant was identified or the law is unknown: then little is named.
     guessed: bool,
+    /// What an event must gain in log-likelihood beyond what it takes anywhere: healthy recordings show as much.
+    event_gain: f64,
 }

@@ -323,6 +323,23 @@ impl Model {
         model
     }
 
+    /// The same with the plant in the middle and at either end of the gap between it and its sensor, of which a recording's start says nothing;
+    /// the model alone where there is none.
+    pub fn across_the_gap(&self) -> Vec<Self> {
+        let physics = &self.nominal.physics;
+        let Some(gap) = physics.iter().find_map(|term| term.kind.gap(&term.parameters)) else {
+            return vec![self.clone()];
+        };
+        let moved = |part: f64| {
+            let mut model = self.clone();
+            if let Some(position) = model.start.state.as_mut().and_then(|state| state.first_mut()) {
+                *position += part * gap;
+            }
+            model
+        };
+        [0.0, -0.5, 0.5].into_iter().map(moved).collect()
+    }
+
     /// The same with the start held at where it is.
     #[must_use]
     pub fn start_held(&self) -> Self {
@@ -413,9 +430,7 @@ impl Model {
             predicted.push(step);
             if !gains.is_empty() && y.is_finite() {
                 let error = y - step;
-                for (state, gain) in simulation.state_mut().iter_mut().zip(&gains) {
-                    *state += gain * error;
-                }
+                simulation.correct(gains.iter().map(|gain| gain * error));
             }
         }
         // A diverging run stays diverged: the last sample tells.

@@ -11,12 +11,14 @@ use crate::physics::Term;
 use crate::{Error, Result};
 
 use super::candidates::Candidate;
+use super::closed_loop::error_at;
 use super::conclude::Ending;
 use super::fit::{Effort, Fit, mean_square};
 use super::holdout;
 use super::identify::Identified;
 use super::model::{Free, Model, Target};
 use super::select::{self, Scored, Winner};
+use super::signals::deviation;
 use super::spans::{self, Acting};
 use super::valve::Valve;
 use super::whiten::{Whitener, effective_samples};
@@ -25,13 +27,26 @@ use super::{Case, Diagnosis, Fits, Rejected, controller_replay};
 /// Standard errors of its weakest span by which what comes and goes must be there.
 const LEAST_ERRORS: f64 = 4.0;
 
+/// Part of the squared error that a constant load may leave, and the same over what refitted numbers leave.
+const NEARLY_ALL_LEFT: f64 = 1.0 / 16.0;
+const AS_GOOD_AS_REFITTED: f64 = 2.0;
+
 fn lost() -> Error {
     Error::new("the plant can't follow the recorded u: it diverges")
 }
 
 /// The model with the plant's numbers held, all but its offset.
 fn at_its_operating_point(model: &Model) -> Model {
-    let held = |free: &&Free| matches!(free.target, Target::Plant(_)) && free.name != "plant.offset";
+    plant_held(model, |free| free.name != "plant.offset")
+}
+
+/// The model with all of the plant's numbers held.
+fn as_stated(model: &Model) -> Model {
+    plant_held(model, |_| true)
+}
+
+fn plant_held(model: &Model, which: impl Fn(&Free) -> bool) -> Model {
+    let held = |free: &&Free| matches!(free.target, Target::Plant(_)) && which(free);
     let targets: Vec<Target> = model.free.iter().filter(held).map(|free| free.target).collect();
     targets.into_iter().fold(model.clone(), |model, target| model.held(target))
 }
@@ -69,16 +84,58 @@ impl Case<'_> {
         {
             return Ok(found);
         }
+        if identified.is_none()
+            && let Some((without, scored)) = self.constant_load(&stated, &refit)
+        {
+            let base = scored.candidate.fit.clone().renoised();
+            let tied = vec!["sensor_bias"];
+            let named = vec![Winner { scored, tied }];
+            let refit = without.renoised();
+            return self.conclude(Ending {
+                stated,
+                refit,
+                base,
+                named,
+                located: None,
+                rejected,
+                missing,
+                controller,
+            });
+        }
         let (refit, base) = (refit.renoised(), base.renoised());
         self.conclude(Ending { stated, refit, base, named, located: None, rejected, missing, controller })
+    }
+
+    /// A load that is there all the time and was not when the plant's numbers were found: the fit without it and the load. A plant rests a
+    /// little elsewhere every day, so that it must be nearly all of what the stated numbers do not explain.
+    fn constant_load(&self, stated: &Fit, refit: &Fit) -> Option<(Fit, Scored)> {
+        let fit = |model: &Model| {
+            Some(Fit::start(model, self.train, &Whitener::none())?.search(self.train, Effort::FULL))
+        };
+        let held = as_stated(&stated.model);
+        let without = fit(&held)?;
+        let level = 0.1 * deviation(&self.train.u) * self.nominal.plant.drive_gain().abs();
+        let load = Term::new("load_step", &[("level", level)]).ok()?;
+        let with = fit(&held.with_term(&load, false, self.train.duration_s()))?;
+        let left = mean_square(&with.residual);
+        let nearly_all = left < NEARLY_ALL_LEFT * mean_square(&without.residual)
+            && left < AS_GOOD_AS_REFITTED * mean_square(&refit.residual);
+        let scored = self.score_free_run(&without, Candidate { kind: load.kind, fit: with.clone() })?;
+        // What is left without it is one long error, worth a sample or two by its own correlation; the noise is what is left with it.
+        let worth = effective_samples(&with.residual);
+        let gained = libm::log(mean_square(&without.residual) / left.max(1e-300));
+        let scored = Scored { train_gain: 0.5 * (worth * gained - libm::log(worth.max(2.0))), ..scored };
+        (nearly_all && scored.accepted() && self.matters(&without, &with)).then_some((without, scored))
     }
 
     /// The diagnosis with what comes and goes, over the whole recording; `None` where nothing does.
     fn run_spans(&self, stated: &Fit) -> Result<Option<Diagnosis>> {
         let (model, _) = stated.model.loop_at(&stated.model.x).ok_or_else(lost)?;
         let steps = spans::steps(&model, self.whole).unwrap_or_default();
-        let acting: Vec<Acting> =
-            spans::terms(&steps, self.whole).into_iter().filter(|a| a.errors > LEAST_ERRORS).collect();
+        let acting: Vec<Acting> = spans::terms(&steps, self.whole)
+            .into_iter()
+            .filter(|a| a.errors > LEAST_ERRORS && a.gain > self.event_gain)
+            .collect();
         if acting.is_empty() {
             return Ok(None);
         }
@@ -92,7 +149,12 @@ impl Case<'_> {
         });
         let base = Fit::start(&with, self.whole, &Whitener::none()).ok_or_else(lost)?;
         let base = base.renoised().search(self.whole, Effort::FULL).settle(self.whole, Effort::FULL);
-        if !self.helps(&refit, &base) {
+        // Over all of it, for an event in the part that is not held out helps nothing there; and against all numbers refitted.
+        let closer = match (error_at(&base.model, self.whole), error_at(&refit.model, self.whole)) {
+            (Some(with), Some(without)) => with < without,
+            (with, _) => with.is_some(),
+        };
+        if !closer || !self.helps(&refit, &base) {
             return Ok(None);
         }
         let named = acting.into_iter().map(|acting| {
@@ -179,7 +241,10 @@ impl Case<'_> {
         let duration_s = self.train.duration_s();
         let model =
             with.iter().fold(stated.model.clone(), |model, term| model.with_term(term, false, duration_s));
-        Some(Fit::start(&model, self.train, &Whitener::none())?.search(self.train, Effort::FULL))
+        let across = model.across_the_gap();
+        let starts = across.iter().filter_map(|model| Fit::start(model, self.train, &Whitener::none()));
+        let best = starts.min_by(|a, b| a.variance.total_cmp(&b.variance))?;
+        Some(best.search(self.train, Effort::FULL))
     }
 
     /// Scores a candidate by how much better its free run follows y. A noise model would not do: where the linear plant is only

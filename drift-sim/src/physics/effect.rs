@@ -114,6 +114,12 @@ pub trait Effect: Send + Sync {
         y
     }
 
+    /// What the sensor shows before the first sample.
+    fn shows(&mut self, _y: f64) {}
+
+    /// What the sensor shows has been corrected by this: an observer moved the plant's state beside a recording.
+    fn correct(&mut self, _by: f64) {}
+
     /// A copy in the same state.
     fn copy(&self) -> Box<dyn Effect>;
 }

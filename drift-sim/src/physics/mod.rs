@@ -230,6 +230,11 @@ impl Kind {
         ["injected_signal", "sensor_bias"].contains(&self.name)
     }
 
+    /// The play between the plant and what its sensor shows, which is its first parameter; `None` of other kinds.
+    pub fn gap(&self, parameters: &[f64]) -> Option<f64> {
+        if self.name == "sensor_hysteresis" { parameters.first().copied() } else { None }
+    }
+
     /// The names of its parameters, for messages.
     pub fn parameter_names(&self) -> String {
         self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")

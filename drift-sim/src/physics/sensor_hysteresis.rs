@@ -1,5 +1,5 @@
 //! Play between the plant and what its sensor shows, as of a gear before the sensor: y stays until the plant has crossed the
-//! gap, then follows at its edge; `width` is the total play. It begins in the middle of the gap. In a loop that integrates it ends in a
+//! gap, then follows at its edge; `width` is the total play. Where in the gap it begins, the start says: at rest in the middle. In a loop that integrates it ends in a
 //! cycle that no tuning of the gain removes.
 
 use super::signature::singles;
@@ -34,10 +34,20 @@ impl Effect for SensorHysteresis {
     }
 
     fn sensor(&mut self, _: f64, y: f64) -> f64 {
-        let before = *self.shown.get_or_insert(y);
+        let before = self.shown.unwrap_or(y);
         let after = before.max(y - self.half).min(y + self.half);
         self.shown = Some(after);
         after
+    }
+
+    fn shows(&mut self, y: f64) {
+        self.shown = Some(y);
+    }
+
+    fn correct(&mut self, by: f64) {
+        if let Some(shown) = &mut self.shown {
+            *shown += by;
+        }
     }
 
     fn copy(&self) -> Box<dyn Effect> {

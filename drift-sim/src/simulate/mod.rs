@@ -170,6 +170,7 @@ impl Simulation {
         self.line.fill(held);
         self.held_drive = self.drive_gain * held + self.drive_offset;
         self.law.start(start.integrator, start.y, start.velocity, start.u);
+        self.terms.shows(start.y);
         Ok(())
     }
 
@@ -200,9 +201,14 @@ impl Simulation {
         self.body.state()
     }
 
-    /// The same, to correct it (an observer, a multiple-shooting node).
-    pub fn state_mut(&mut self) -> &mut [f64] {
-        self.body.state_mut()
+    /// Corrects the state, as an observer does: these are added to it, and what the sensor shows moves along.
+    pub fn correct(&mut self, by: impl Iterator<Item = f64>) {
+        let before = self.body.output(self.held_drive);
+        for (state, by) in self.body.state_mut().iter_mut().zip(by) {
+            *state += by;
+        }
+        let after = self.body.output(self.held_drive);
+        self.terms.correct(after - before);
     }
 
     /// The controller's integrator, in the unit of u.

@@ -135,6 +135,24 @@ impl Terms {
         through(&self.sense, &mut self.effects, tick, y, |effect, y| effect.sensor(t, y))
     }
 
+    /// What the sensor shows before the first sample.
+    pub fn shows(&mut self, y: f64) {
+        self.sensing(|effect| effect.shows(y));
+    }
+
+    /// What the sensor shows has been corrected.
+    pub fn correct(&mut self, by: f64) {
+        self.sensing(|effect| effect.correct(by));
+    }
+
+    fn sensing(&mut self, change: impl Fn(&mut dyn Effect)) {
+        for (_, index) in &self.sense {
+            if let Some(effect) = self.effects.get_mut(*index) {
+                change(effect.as_mut());
+            }
+        }
+    }
+
     #[inline]
     pub fn sensor(&mut self, tick: u64, t: f64, y: f64) -> f64 {
         through(&self.sensor, &mut self.effects, tick, y, |effect, y| effect.sensor(t, y))

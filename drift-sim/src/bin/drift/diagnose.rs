@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, identify, page, report};
+use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, page, report};
 use drift_sim::physics::{Kind, UnitNames, digits, shown, significant, with_unit};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
@@ -56,9 +57,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let train = Signals::new(&recording, &model)?;
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
-    let model = if healthy.is_empty() { model } else { identify::from_healthy(&model, &healthy)? };
     let progress = Progress::of_unknown("diagnosing");
-    let found = diagnose(&train, holdout.as_ref(), &model)?;
+    let found = if healthy.is_empty() {
+        diagnose(&train, holdout.as_ref(), &model)?
+    } else {
+        Healthy::of(&model, &healthy)?.diagnose(&train, holdout.as_ref())?
+    };
     drop(progress);
     if let Some(path) = &arguments.model {
         output::write_text(path, &found.improved.to_toml())?;

@@ -14,17 +14,26 @@ use crate::physics::Term;
 use crate::plant::{Output, Plant, Servo};
 
 use super::super::fit::{Effort, Fit};
+use super::super::missing_drive::noise_floor;
 use super::super::model::Model;
-use super::super::signals::{Signals, range};
+use super::super::signals::{Signals, held, range};
 use super::super::whiten::Whitener;
-use super::{SEARCHED, Validated, lags, shape, simplest, validate};
+use super::{Validated, lags, shape, simplest, validate};
 
 /// Levels of friction tried, as parts of the largest u.
 const FRICTIONS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.45];
 /// Widths of play tried, as parts of the range of y.
 const PLAYS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.4];
+/// Gains tried, as parts of the one that least squares give: a direction told wrongly makes it too small.
+const GAINS: [f64; 3] = [1.0, 1.7, 3.0];
+/// Starts that are followed.
+const FOLLOWED: usize = 6;
+/// How far each start is followed before the best is taken.
+const WAY: Effort = Effort { steps: 10, enough: 1e-3 };
 /// Part of the highest speed above which the motor surely moves.
 const MOVES: f64 = 0.05;
+/// Standard deviations of its noise by which y must have moved.
+const OF_NOISE: f64 = 4.0;
 
 /// The motor that predicts unseen y best, with its terms after those of `model`: a constant load, then friction and play; `None` where it
 /// has neither of these.
@@ -33,10 +42,13 @@ pub(super) fn identify(model: &Loop, signals: &Signals) -> Option<Validated> {
     let validated: Vec<Validated> = classes
         .into_par_iter()
         .filter_map(|(friction, play)| {
-            let ends = starts(model, signals, friction, play).into_par_iter().filter_map(|start| {
-                Some(Fit::start(&start, signals, &Whitener::none())?.search(signals, Effort::LOOK))
-            });
+            let ends = starts(model, signals, friction, play)
+                .into_par_iter()
+                .map(|start| start.search(signals, WAY));
             let best = ends.min_by(|a, b| a.variance.total_cmp(&b.variance))?;
+            let across = best.model.across_the_gap();
+            let across = across.iter().filter_map(|model| Fit::start(model, signals, &Whitener::none()));
+            let best = across.min_by(|a, b| a.variance.total_cmp(&b.variance))?;
             validate(&best.search(signals, Effort::FULL), signals)
         })
         .collect();
@@ -44,8 +56,8 @@ pub(super) fn identify(model: &Loop, signals: &Signals) -> Option<Validated> {
     (chosen.found.physics.len() > model.physics.len() + 1).then(|| chosen.clone())
 }
 
-/// The best of a grid over lag, friction and play.
-fn starts(model: &Loop, signals: &Signals, friction: bool, play: bool) -> Vec<Model> {
+/// The best of a grid over lag, friction and play: one of each friction and play.
+fn starts(model: &Loop, signals: &Signals, friction: bool, play: bool) -> Vec<Fit> {
     let largest = signals.u.iter().fold(0.0f64, |most, u| most.max(u.abs()));
     let (lowest, highest) = range(&signals.y);
     let sizes = |wanted: bool, parts: &[f64], whole: f64| -> Vec<f64> {
@@ -56,15 +68,20 @@ fn starts(model: &Loop, signals: &Signals, friction: bool, play: bool) -> Vec<Mo
     let pairs: Vec<(f64, f64)> =
         levels.iter().flat_map(|level| widths.iter().map(move |width| (*level, *width))).collect();
     let lags = lags(signals);
-    let mut tried: Vec<(f64, Model)> = pairs
+    let mut best: Vec<Fit> = pairs
         .into_par_iter()
-        .flat_map_iter(|(level, width)| {
+        .filter_map(|(level, width)| {
             let unwound = Unwound::of(signals, level, width);
-            lags.iter().filter_map(|lag| unwound.motor(model, *lag)).collect::<Vec<_>>()
+            let tried =
+                lags.iter().flat_map(|lag| GAINS.map(|factor| (*lag, factor))).filter_map(|(lag, factor)| {
+                    Fit::start(&unwound.motor(model, lag, factor)?.coarse(), signals, &Whitener::none())
+                });
+            tried.min_by(|a, b| a.variance.total_cmp(&b.variance))
         })
         .collect();
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    tried.into_iter().take(SEARCHED).map(|(_, model)| model).collect()
+    best.sort_by(|a, b| a.variance.total_cmp(&b.variance));
+    best.truncate(FOLLOWED);
+    best
 }
 
 /// The recording as it would be without friction and play of these sizes: u less friction, y beyond the play.
@@ -90,11 +107,11 @@ impl<'a> Unwound<'a> {
         Self { measured, beyond, drive, level, width }
     }
 
-    /// The motor of this lag and what it leaves of y, ready to be searched from; `None` where the drive does not move it.
-    fn motor(&self, model: &Loop, lag_s: f64) -> Option<(f64, Model)> {
+    /// The motor of this lag, ready to be searched from; `None` where the drive does not move it.
+    fn motor(&self, model: &Loop, lag_s: f64, factor: f64) -> Option<Model> {
         let fit = shape(&[lag_s], true, 0).fit(&self.beyond, &self.drive)?;
         let Plant::TransferFunction(linear) = &fit.plant else { return None };
-        let gain = *linear.num.first()?;
+        let gain = factor * linear.num.first()?;
         let servo = Servo {
             output: Output::Position,
             inertia: lag_s / gain.abs(),
@@ -116,17 +133,18 @@ impl<'a> Unwound<'a> {
                 start = start.with_term(&term, false, self.measured.duration_s());
             }
         }
-        Some((fit.variance, start))
+        Some(start)
     }
 }
 
-/// Which way y moves at each sample: 1, -1, or 0 where it rests.
+/// Which way y moves at each sample: 1, -1, or 0 where it rests, as far as its noise lets that be told.
 fn directions(y: &[f64]) -> Vec<f64> {
+    let y = held(y);
     let mut rates: Vec<f64> = y.windows(3).map(|w| w[2] - w[0]).collect();
     rates.insert(0, rates.first().copied().unwrap_or(0.0));
     rates.push(rates.last().copied().unwrap_or(0.0));
-    let least =
-        MOVES * rates.iter().filter(|rate| rate.is_finite()).fold(0.0f64, |most, rate| most.max(rate.abs()));
+    let fastest = rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));
+    let least = (MOVES * fastest).max(OF_NOISE * libm::sqrt(2.0 * noise_floor(&y)));
     rates.into_iter().map(|rate| if rate.abs() > least { rate.signum() } else { 0.0 }).collect()
 }
 

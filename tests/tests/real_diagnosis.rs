@@ -200,6 +200,10 @@ fn hysteresis_of_a_servo_trainer() {
     let with = found("pos_hys3");
     let play = with.physics.iter().find(|named| named.term.kind.name == "sensor_hysteresis").unwrap();
     assert!((play.term.value("width").unwrap() - 3.0).abs() < play.half_widths[0].min(0.5), "{play:?}");
+    // It cycles, every 4.4 s.
+    assert!((with.cycle_s.unwrap() - 4.4).abs() < 0.2);
+    let [before, after] = [with.holdout.before, with.holdout.after].map(|fit| fit.unwrap().u_pct.unwrap());
+    assert!(before < 0.0 && after > 70.0);
     for name in ["pos_hys0", "pos_square2"] {
         let without = found(name);
         assert!(term(&without, "sensor_hysteresis").is_none());

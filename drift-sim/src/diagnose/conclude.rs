@@ -13,7 +13,7 @@ use super::select::{Scored, Winner};
 use super::signals::Signals;
 use super::whiten::independent_share;
 use super::{
-    Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, excitation, features,
+    Case, Diagnosis, Fits, LAW_IS_ANOTHER, Named, Refitted, Rejected, Verdict, cycle, excitation, features,
     interval, locate, prove, sensor_effects,
 };
 
@@ -126,10 +126,12 @@ impl Case<'_> {
             after: fit_pct(&improved, signals),
         };
         let holdout = fits(self.holdout);
-        let not_followed = match self.nominal.controller {
-            Controller::Recorded => holdout.after.is_none_or(|fit| fit.y_pct < FOLLOWED),
-            _ => self.far_off(&base),
+        let known_law = self.nominal.controller != Controller::Recorded;
+        let not_followed = match known_law && !physics.is_empty() {
+            true => self.far_off(&base),
+            false => holdout.after.is_none_or(|fit| fit.y_pct < FOLLOWED),
         };
+        let cycle = cycle::period(self.holdout).filter(|_| known_law);
         let improvement =
             match (prove::run(&refitted, self.holdout, 0), prove::run(&improved, self.holdout, 0)) {
                 (Some(a), Some(b)) => prove::improvement(&a, &b, self.nominal, self.holdout),
@@ -157,6 +159,7 @@ impl Case<'_> {
             train: fits(self.train),
             holdout,
             improvement,
+            cycle_s: cycle.map(|samples| samples as f64 * self.holdout.sample_time_s),
             noise_floor: noise_floor(&improved, sensor_noise(&base), self.holdout),
             nominal: self.nominal.clone(),
             refitted,

@@ -14,6 +14,7 @@ mod conclude;
 pub mod constant_load;
 pub mod controller_fault;
 pub mod controller_replay;
+pub mod cycle;
 mod drive_charts;
 pub mod excitation;
 pub mod features;
@@ -185,6 +186,8 @@ pub struct Diagnosis {
     pub holdout: Fits,
     /// 95 % interval of the improvement on the hold-out, per cent of u.
     pub improvement: Option<[f64; 2]>,
+    /// Period of the hold-out's own cycle, in seconds: the fits are then of simulations begun anew each period, of which no phase is lost.
+    pub cycle_s: Option<f64>,
     /// What noise alone leaves of the fit.
     pub noise_floor: Option<prove::FitPct>,
     /// The loop that was diagnosed: the loop file's, its plant identified where that was left open.

@@ -203,6 +203,12 @@ impl Writing<'_> {
             ]);
         }
         let mut blocks = vec![Block::table(["data", "model", "fit of y, %", "fit of u, %"], all)];
+        if let Some(period) = self.found.cycle_s {
+            blocks.push(Block::Text(format!(
+                "The loop cycles by itself: it was simulated anew every {} s, its period, for a phase drifts away however good the model.",
+                number(period)
+            )));
+        }
         if let Some([low, high]) = found.improvement {
             blocks.push(Block::Text(format!(
                 "On unseen data the physics improves the fit by {low:.2} to {high:.2} points (95 %)."

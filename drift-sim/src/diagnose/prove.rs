@@ -2,11 +2,11 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::simulate::{Start, Trace, simulate};
+use crate::simulate::{Simulation, Start, Trace, simulate};
 
-use super::holdout;
 use super::part_time;
 use super::signals::{Signals, deviation};
+use super::{cycle, holdout, observer};
 
 /// How well a simulation fits, `100 (1 - |x - xhat|/|x - mean x|)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,8 @@ pub struct FitPct {
 const BLOCKS: usize = 16;
 
 /// Runs a loop over the recording's reference from the recording's own start. With an unknown control law the recorded u
-/// drives the plant instead, from the start that fits best and without noise. `None` where it diverges.
+/// drives the plant instead, from the start that fits best and without noise. A loop that [cycles by itself](cycle) is run anew every period.
+/// `None` where it diverges.
 pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
     if model.controller == Controller::Recorded {
         let y = holdout::free_run(model, signals)?;
@@ -29,7 +30,46 @@ pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
     }
     let model = &part_time::of(model.clone(), signals.origin_s);
     let start = Start::from_recording(model, &signals.r, &signals.y, &signals.u);
-    simulate(model, &signals.r, &signals.inputs, seed, Some(&start)).ok()
+    match cycle::period(signals) {
+        Some(period) => period_by_period(model, signals, seed, &start, period),
+        None => simulate(model, &signals.r, &signals.inputs, seed, Some(&start)).ok(),
+    }
+}
+
+/// The closed loop of a recording that cycles by itself: from each period's beginning on for a period, from where a simulation beside the
+/// recording, of law and plant by themselves, has them then.
+fn period_by_period(
+    model: &Loop,
+    signals: &Signals,
+    seed: u64,
+    start: &Start,
+    period: usize,
+) -> Option<Trace> {
+    let mut beside = Simulation::new(model, seed).ok()?;
+    beside.start(start).ok()?;
+    let gains = observer::gains(&model.plant, model.sample_time_s);
+    let mut closed = beside.clone();
+    let mut inputs = vec![0.0; signals.inputs.len()];
+    let mut trace = Trace::default();
+    let mut last = start.y;
+    for (n, ((r, y), u)) in signals.r.iter().zip(&signals.y).zip(&signals.u).enumerate() {
+        signals.inputs_at(n, &mut inputs);
+        if n % period == 0 {
+            closed = beside.clone();
+        }
+        let step = closed.step(*r, &inputs);
+        trace.y.push(step.y);
+        trace.u.push(step.u);
+        trace.true_y.push(step.true_y);
+        if y.is_finite() {
+            last = *y;
+        }
+        let expected = beside.follow(*r, last, *u, &inputs);
+        if y.is_finite() {
+            beside.correct(gains.iter().map(|gain| gain * (y - expected.y)));
+        }
+    }
+    trace.y.iter().all(|y| y.is_finite()).then_some(trace)
 }
 
 /// Fit of a run.

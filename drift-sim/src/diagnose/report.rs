@@ -48,6 +48,7 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
         "fit": {
             "train": fits(&diagnosis.train),
             "holdout": holdout,
+            "cycle_s": diagnosis.cycle_s,
             "noise_floor": diagnosis.noise_floor.map(pct),
         },
         "model": model,

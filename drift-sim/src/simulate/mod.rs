@@ -195,6 +195,16 @@ impl Simulation {
         Step { y, u, true_y, drive: self.held_drive }
     }
 
+    /// The same, the law running along on what was measured.
+    pub fn follow(&mut self, r: f64, measured: f64, u: f64, inputs: &[f64]) -> Step {
+        self.change();
+        let (true_y, y) = self.measure(inputs);
+        let law = self.law.step(r, measured);
+        self.terms.command(self.tick, law);
+        self.advance(u, inputs);
+        Step { y, u, true_y, drive: self.held_drive }
+    }
+
     /// The plant's state before the next sample: a servo's position and speed, a tank's level, or the states of the
     /// linear model (followed by zeros where it has between 4 and 16).
     pub fn state(&self) -> &[f64] {

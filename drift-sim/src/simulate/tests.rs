@@ -199,9 +199,9 @@ fn through_actuator(term: Term, u: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn actuator_terms_have_their_static_curves() {
+fn terms_have_their_static_curves() {
     let u = [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, -1.0, -2.0, -3.0, -2.0, 0.0];
-    let cases: [(Term, [f64; 11]); 6] = [
+    let cases: [(Term, [f64; 11]); 7] = [
         (
             term("dead_zone", &[("half_width", 1.5)]),
             [0.0, 0.0, 0.5, 1.5, 0.5, 0.0, 0.0, 0.0, -0.5, -1.5, -0.5],
@@ -218,6 +218,11 @@ fn actuator_terms_have_their_static_curves() {
         (
             term("gain_loss", &[("loss", 0.25)]),
             [0.0, 0.75, 1.5, 2.25, 1.5, 0.75, 0.0, -0.75, -1.5, -2.25, -1.5],
+        ),
+        // At the sensor of a plant that follows u at once.
+        (
+            term("sensor_hysteresis", &[("width", 2.0)]),
+            [0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0, -1.0, -2.0, -2.0],
         ),
         (
             term("injected_signal", &[("level", 5.0)]).within(&[(2.0, 4.0)]),

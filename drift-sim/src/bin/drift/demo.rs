@@ -2,7 +2,7 @@
 //! r and y, and the effort channel finds it.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -79,19 +79,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let command = report::command_line(std::env::args_os());
     page(&summary, &chart, &baseline, stream.columns(), command).write(&report_path)?;
 
-    println!(
-        "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:",
-        ONSET_S / HOUR_S
-    );
-    println!("by the end the oven is {:.1} degC off, and y still shows the set-point.\n", true_offset(&run));
-    print!("{}{}", screen(&summary, baseline.promise.as_ref()), chart.rows(&summary, Signs::of_locale()));
-    println!(
-        "\nrecording  {}\nbaseline   {}\npicture    {}\nreport     {}",
+    let text = format!(
+        "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:\n\
+         by the end the oven is {:.1} degC off, and y still shows the set-point.\n\n{}{}\n\
+         recording  {}\nbaseline   {}\npicture    {}\nreport     {}\n",
+        ONSET_S / HOUR_S,
+        true_offset(&run),
+        screen(&summary, baseline.promise.as_ref()),
+        chart.rows(&summary, Signs::of_locale()),
         recording.display(),
         baseline_path.display(),
         picture.display(),
         report_path.display()
     );
+    output::write_text(Path::new("-"), &text)?;
     let caught = summary.reaches(FailOn::Suspect);
     Ok(if caught { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

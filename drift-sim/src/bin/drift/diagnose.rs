@@ -86,7 +86,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let shown = holdout.as_ref().unwrap_or(&train);
-        print!("{}{}", screen(&found), sparkline::rows(&found, shown, Signs::of_locale()));
+        let text = screen(&found) + &sparkline::rows(&found, shown, Signs::of_locale());
+        output::write_text(Path::new("-"), &text)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -173,6 +174,9 @@ fn fits(found: &Diagnosis) -> String {
             let u = fit.u_pct.map_or(String::from("-"), |u| format!("{u:.2}"));
             text += &format!("    {name:20} {:>13.3} {u:>10}\n", fit.y_pct);
         }
+    }
+    if let Some(period) = found.cycle_s {
+        text += &format!("    the loop cycles by itself: simulated anew every {}\n", shown(period, "s"));
     }
     if let Some([low, high]) = found.improvement.filter(|[low, _]| *low > 0.0) {
         text += &format!("    the physics improves it by {low:.2} to {high:.2} points (95 %)\n");

@@ -1,12 +1,12 @@
 //! `drift paper`: every table and figure of the paper, ours beside the published value.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use drift_sim::Result;
 use drift_sim::paper::{Paper, Settings, make_folder};
 use drift_sim::report::command_line;
+use drift_sim::{Result, output};
 
 use crate::progress::Progress;
 
@@ -35,11 +35,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let paper = Paper::reproduce(&settings, &|| progress.step())?;
     drop(progress);
     paper.write(&arguments.out, command_line(std::env::args_os()))?;
-    println!("{}", paper.summary());
-    println!(
-        "written: {}, paper.json and {} figures beside it",
+    let text = format!(
+        "{}\nwritten: {}, paper.json and {} figures beside it\n",
+        paper.summary(),
         arguments.out.join("paper.html").display(),
         paper.figure_files().count()
     );
+    output::write_text(Path::new("-"), &text)?;
     Ok(ExitCode::SUCCESS)
 }

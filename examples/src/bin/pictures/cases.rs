@@ -68,6 +68,7 @@ pub fn case(kind: &Kind) -> Result<Option<Case>> {
         ),
         "sensor_noise" => case(noisy_heater(), &[("ratio", 4.0)], 3500.0, Left::Output(Time)),
         "sensor_lag" => case(Scene::stepped_heater(), &[("time_constant_s", 20.0)], 0.0, Left::Output(Time)),
+        "sensor_hysteresis" => case(Scene::axis(), &[("width", 0.01)], 0.0, Left::Output(Time)),
         "quantization" => case(Scene::stepped_heater(), &[("step", 0.5)], 0.0, Left::Output(Time)),
         "load_step" => case(Scene::heater(), &[("level", 8.0)], 3000.0, Left::Drive(Time)),
         "load_ramp" => case(Scene::heater(), &[("rate_per_s", 0.004)], 3000.0, Left::Drive(Time)),

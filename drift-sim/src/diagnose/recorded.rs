@@ -7,7 +7,7 @@
 //! not fitted, of spans by how well the others predict each. Spans are events of their own, so they are looked for in the
 //! whole recording, and so are their sizes.
 
-use crate::physics::Term;
+use crate::physics::{Place, Term};
 use crate::{Error, Result};
 
 use super::candidates::Candidate;
@@ -27,6 +27,8 @@ use super::{Case, Diagnosis, Fits, Rejected, controller_replay};
 /// Standard errors of its weakest span by which what comes and goes must be there.
 const LEAST_ERRORS: f64 = 4.0;
 
+/// Squared error that some of the terms a plant was identified with may leave, over what all of them leave.
+const MUCH_LEFT: f64 = 4.0;
 /// Part of the squared error that a constant load may leave, and the same over what refitted numbers leave.
 const NEARLY_ALL_LEFT: f64 = 1.0 / 16.0;
 const AS_GOOD_AS_REFITTED: f64 = 2.0;
@@ -55,6 +57,8 @@ fn plant_held(model: &Model, which: impl Fn(&Free) -> bool) -> Model {
 struct Proven {
     base: Fit,
     named: Vec<Winner>,
+    /// Where something is, where those that stand leave much that all together explain: their numbers would make up for the others.
+    located: Option<Place>,
     rejected: Vec<Rejected>,
 }
 
@@ -76,7 +80,7 @@ impl Case<'_> {
         let missing = self.missing_drive(&refit);
         let controller = controller_replay::replay(self.nominal, self.train);
         let with = identified.map_or(&[][..], |found| &found.with);
-        let Proven { base, named, rejected } = self.proven(&stated, &refit, with);
+        let Proven { base, named, located, rejected } = self.proven(&stated, &refit, with);
         // A plant from the very recording has taken up part of what comes and goes in it.
         if identified.is_none()
             && named.is_empty()
@@ -103,7 +107,7 @@ impl Case<'_> {
             });
         }
         let (refit, base) = (refit.renoised(), base.renoised());
-        self.conclude(Ending { stated, refit, base, named, located: None, rejected, missing, controller })
+        self.conclude(Ending { stated, refit, base, named, located, rejected, missing, controller })
     }
 
     /// A load that is there all the time and was not when the plant's numbers were found: the fit without it and the load. A plant rests a
@@ -210,8 +214,12 @@ impl Case<'_> {
     fn proven(&self, stated: &Fit, refit: &Fit, with: &[Term]) -> Proven {
         let mut with = with.to_vec();
         let mut rejected = Vec::new();
+        let mut all_leave = f64::INFINITY;
+        let mut located = None;
         while !with.is_empty() {
             let Some(fit) = self.fit_with(stated, &with) else { break };
+            let left = mean_square(&fit.residual);
+            all_leave = all_leave.min(left);
             let judged = |(gone, term): (usize, &Term)| {
                 let others: Vec<Term> = with
                     .iter()
@@ -228,13 +236,17 @@ impl Case<'_> {
             let weakest = (judged.iter().enumerate().filter(|(_, (stands, _))| !stands))
                 .min_by(|a, b| a.1.1.train_gain.total_cmp(&b.1.1.train_gain));
             let Some((weakest, (_, scored))) = weakest else {
+                if left > MUCH_LEFT * all_leave {
+                    located = judged.first().map(|(_, scored)| scored.candidate.kind.place);
+                    break;
+                }
                 let named = judged.into_iter().map(|(_, scored)| Winner::alone(scored)).collect();
-                return Proven { base: fit, named, rejected };
+                return Proven { base: fit, named, located, rejected };
             };
             rejected.extend(select::losers(std::slice::from_ref(scored), None, Vec::new()));
             with.remove(weakest);
         }
-        Proven { base: refit.clone(), named: Vec::new(), rejected }
+        Proven { base: refit.clone(), named: Vec::new(), located, rejected }
     }
 
     fn fit_with(&self, stated: &Fit, with: &[Term]) -> Option<Fit> {

@@ -26,6 +26,8 @@ const FRICTIONS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.45];
 const PLAYS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.4];
 /// Gains tried, as parts of the one that least squares give: a direction told wrongly makes it too small.
 const GAINS: [f64; 3] = [1.0, 1.7, 3.0];
+/// Samples at the beginning on which starts are compared: thousands of simulations.
+const BEGINNING: usize = 10_000;
 /// Starts that are followed.
 const FOLLOWED: usize = 6;
 /// How far each start is followed before the best is taken.
@@ -38,13 +40,13 @@ const OF_NOISE: f64 = 4.0;
 /// The motor that predicts unseen y best, with its terms after those of `model`: a constant load, then friction and play; `None` where it
 /// has neither of these.
 pub(super) fn identify(model: &Loop, signals: &Signals) -> Option<Validated> {
+    let beginning = signals.part(0, BEGINNING);
     let classes = [(false, false), (true, false), (false, true), (true, true)];
     let validated: Vec<Validated> = classes
         .into_par_iter()
         .filter_map(|(friction, play)| {
-            let ends = starts(model, signals, friction, play)
-                .into_par_iter()
-                .map(|start| start.search(signals, WAY));
+            let starts = starts(model, &beginning, friction, play).into_par_iter();
+            let ends = starts.map(|start| start.search(&beginning, WAY));
             let best = ends.min_by(|a, b| a.variance.total_cmp(&b.variance))?;
             let across = best.model.across_the_gap();
             let across = across.iter().filter_map(|model| Fit::start(model, signals, &Whitener::none()));
@@ -72,16 +74,25 @@ fn starts(model: &Loop, signals: &Signals, friction: bool, play: bool) -> Vec<Fi
         .into_par_iter()
         .filter_map(|(level, width)| {
             let unwound = Unwound::of(signals, level, width);
-            let tried =
-                lags.iter().flat_map(|lag| GAINS.map(|factor| (*lag, factor))).filter_map(|(lag, factor)| {
-                    Fit::start(&unwound.motor(model, lag, factor)?.coarse(), signals, &Whitener::none())
-                });
+            let tried = lags.iter().filter_map(|lag| unwound.motion(*lag)).flat_map(|motion| {
+                let motors = GAINS.map(|factor| unwound.motor(model, &motion, factor));
+                motors
+                    .into_iter()
+                    .filter_map(|motor| Fit::start(&motor?.coarse(), signals, &Whitener::none()))
+            });
             tried.min_by(|a, b| a.variance.total_cmp(&b.variance))
         })
         .collect();
     best.sort_by(|a, b| a.variance.total_cmp(&b.variance));
     best.truncate(FOLLOWED);
     best
+}
+
+/// `lag_s*y'' + y' = gain*(drive + offset)`.
+struct Motion {
+    lag_s: f64,
+    gain: f64,
+    offset: f64,
 }
 
 /// The recording as it would be without friction and play of these sizes: u less friction, y beyond the play.
@@ -107,14 +118,19 @@ impl<'a> Unwound<'a> {
         Self { measured, beyond, drive, level, width }
     }
 
-    /// The motor of this lag, ready to be searched from; `None` where the drive does not move it.
-    fn motor(&self, model: &Loop, lag_s: f64, factor: f64) -> Option<Model> {
+    /// The linear motion of this lag; `None` where the drive does not move it.
+    fn motion(&self, lag_s: f64) -> Option<Motion> {
         let fit = shape(&[lag_s], true, 0).fit(&self.beyond, &self.drive)?;
         let Plant::TransferFunction(linear) = &fit.plant else { return None };
-        let gain = factor * linear.num.first()?;
+        Some(Motion { lag_s, gain: *linear.num.first()?, offset: linear.offset })
+    }
+
+    /// The motor of this motion with a gain that is larger by the factor, ready to be searched from.
+    fn motor(&self, model: &Loop, motion: &Motion, factor: f64) -> Option<Model> {
+        let gain = factor * motion.gain;
         let servo = Servo {
             output: Output::Position,
-            inertia: lag_s / gain.abs(),
+            inertia: motion.lag_s / gain.abs(),
             viscous: 1.0 / gain.abs(),
             actuator_gain: gain.signum(),
         };
@@ -122,7 +138,7 @@ impl<'a> Unwound<'a> {
         // One unit of u is one unit of the drive.
         motor.units.force = motor.units.force.or_else(|| motor.units.u.clone());
         let terms = [
-            ("load_step", "level", Some(-gain.signum() * linear.offset)),
+            ("load_step", "level", Some(-gain.signum() * motion.offset)),
             ("coulomb_friction", "level", Some(self.level).filter(|level| *level > 0.0)),
             ("sensor_hysteresis", "width", Some(self.width).filter(|width| *width > 0.0)),
         ];

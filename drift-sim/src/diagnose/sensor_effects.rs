@@ -46,7 +46,7 @@ impl SensorEffect {
     }
 }
 
-/// The sensor effects that hold on both recordings, `rounding` ([`grid`]) among them; `continued` says that the hold-out is the same
+/// The sensor effects that hold on both recordings, `rounding` (`grid`) among them; `continued` says that the hold-out is the same
 /// recording's end.
 pub fn find(
     fit: &Fit,

@@ -16,8 +16,6 @@ use super::signals::{Signals, deviation, range};
 const MAY_LEAVE: f64 = 0.6;
 /// The same where the hold-out hardly comes to the limit and can only not speak against it.
 const MAY_LEAVE_ALONE: f64 = 0.3;
-/// Part of u's deviation that the limited law may miss it by.
-const FOLLOWS: f64 = 0.3;
 /// Least samples at a limit.
 const LEAST_SAMPLES: usize = 5;
 /// Width of a limit's level, as parts of the range of u: noise of the recorded u. The likeliest is taken.
@@ -59,10 +57,6 @@ pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit
             Some((error(&replay(&limited, train)?, train), sides, limited))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    // Any law comes closer to any u when it is cut to u's range: with the limit it must follow.
-    if with > libm::pow(FOLLOWS * deviation(&train.u), 2.0) {
-        return None;
-    }
     let without = error(&free, train);
     let (held_with, held_without) =
         (error(&replay(&limited, holdout)?, holdout), error(&replay(model, holdout)?, holdout));
@@ -132,16 +126,6 @@ mod tests {
         let trace = simulate(&model, &r, &[], seed, None).unwrap();
         let sample_time_s = model.sample_time_s;
         Signals { sample_time_s, start_s: 0.0, origin_s: 0.0, r, y: trace.y, u: trace.u, inputs: Vec::new() }
-    }
-
-    #[test]
-    fn a_u_of_another_law_is_not_called_limited() {
-        let mut signals = recorded(1e9, 1);
-        signals.u = (0..signals.len()).map(|n| libm::cos(0.143 * n as f64)).collect();
-        let (train, holdout) = (signals.part(0, 5600), signals.part(5600, 8000));
-        let mut model = Loop::paper();
-        model.controller = model.controller.with_limits(Limits::NONE);
-        assert!(find(&model, &train, &holdout).is_none());
     }
 
     #[test]

@@ -16,6 +16,8 @@ use super::signals::{Signals, deviation, range};
 const MAY_LEAVE: f64 = 0.6;
 /// The same where the hold-out hardly comes to the limit and can only not speak against it.
 const MAY_LEAVE_ALONE: f64 = 0.3;
+/// Least correlation between u and what the limited law makes.
+const FOLLOWS: f64 = 0.5;
 /// Least samples at a limit.
 const LEAST_SAMPLES: usize = 5;
 /// Width of a limit's level, as parts of the range of u: noise of the recorded u. The likeliest is taken.
@@ -57,6 +59,10 @@ pub fn find(model: &Loop, train: &Signals, holdout: &Signals) -> Option<LawLimit
             Some((error(&replay(&limited, train)?, train), sides, limited))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Any law comes closer to any u when it is cut to u's range: with the limit it must follow.
+    if follows(&replay(&limited, train)?, train) < FOLLOWS {
+        return None;
+    }
     let without = error(&free, train);
     let (held_with, held_without) =
         (error(&replay(&limited, holdout)?, holdout), error(&replay(model, holdout)?, holdout));
@@ -105,6 +111,15 @@ fn levels(side: f64, u: &[f64]) -> Vec<Option<Side>> {
     std::iter::once(None).chain(WIDTHS.into_iter().map(within).filter(Option::is_some)).collect()
 }
 
+/// Correlation of the law's output with u, late as it may be.
+fn follows(replay: &ControllerReplay, signals: &Signals) -> f64 {
+    let (n, u) = (signals.len().saturating_sub(replay.shift), signals.u.iter().skip(replay.shift));
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+    let (mu, mv) = (mean(&signals.u), mean(&replay.u));
+    let cross = u.zip(&replay.u).map(|(u, v)| (u - mu) * (v - mv)).sum::<f64>() / n.max(1) as f64;
+    cross / (deviation(&signals.u) * deviation(&replay.u)).max(1e-300)
+}
+
 /// Mean square of what the law misses u by, late as it may be.
 fn error(replay: &ControllerReplay, signals: &Signals) -> f64 {
     let late = signals.u.iter().skip(replay.shift).zip(&replay.u).map(|(u, v)| u - v);
@@ -126,6 +141,16 @@ mod tests {
         let trace = simulate(&model, &r, &[], seed, None).unwrap();
         let sample_time_s = model.sample_time_s;
         Signals { sample_time_s, start_s: 0.0, origin_s: 0.0, r, y: trace.y, u: trace.u, inputs: Vec::new() }
+    }
+
+    #[test]
+    fn a_u_of_another_law_is_not_called_limited() {
+        let mut signals = recorded(1e9, 1);
+        signals.u = (0..signals.len()).map(|n| libm::cos(0.143 * n as f64)).collect();
+        let (train, holdout) = (signals.part(0, 5600), signals.part(5600, 8000));
+        let mut model = Loop::paper();
+        model.controller = model.controller.with_limits(Limits::NONE);
+        assert!(find(&model, &train, &holdout).is_none());
     }
 
     #[test]

@@ -24,19 +24,39 @@ pub struct Commissioning<const C: usize> {
 /// Stands where a monitor's saved state has its index set.
 const COMMISSIONING_TAG: u8 = 0x80;
 
-/// Fewer windows than a baseline needs.
+/// Why there is no baseline yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct NotReady {
-    /// Healthy windows learnt from so far.
-    pub windows: u32,
-    /// Windows needed at least.
-    pub needed: u32,
+#[non_exhaustive]
+pub enum NotReady {
+    /// Fewer windows than a baseline needs.
+    TooFewWindows {
+        /// Healthy windows learnt from so far.
+        windows: u32,
+        /// Windows needed at least.
+        needed: u32,
+    },
+    /// A channel's index does not scatter beyond its own rounding: the loop stands still, or a sensor is stuck. A
+    /// standard deviation of zero would silence the channel for ever.
+    NoScatter {
+        /// The channel's place in the configuration, from 0.
+        channel: u8,
+    },
 }
 
 impl core::fmt::Display for NotReady {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} healthy windows so far, at least {} are needed", self.windows, self.needed)
+        match self {
+            Self::TooFewWindows { windows, needed } => {
+                write!(f, "{windows} healthy windows so far, at least {needed} are needed")
+            }
+            Self::NoScatter { channel } => {
+                write!(
+                    f,
+                    "the index of channel {channel} does not scatter: the loop must move while it is learnt"
+                )
+            }
+        }
     }
 }
 
@@ -75,14 +95,19 @@ impl<const C: usize> Commissioning<C> {
     /// The baselines. Put them into a [`crate::Config`] with detectors and start a new monitor.
     ///
     /// # Errors
-    /// Fewer than [`Commissioning::LEAST_WINDOWS`] windows.
+    /// Fewer than [`Commissioning::LEAST_WINDOWS`] windows, or a channel whose index does not scatter.
     pub fn baselines(&self) -> Result<[Baseline; C], NotReady> {
         let windows = self.windows();
         if windows < Self::LEAST_WINDOWS {
-            return Err(NotReady { windows, needed: Self::LEAST_WINDOWS });
+            return Err(NotReady::TooFewWindows { windows, needed: Self::LEAST_WINDOWS });
         }
         let mut baselines = [Baseline::UNLEARNED; C];
-        for ((out, fit), range) in baselines.iter_mut().zip(&self.fits).zip(&self.range) {
+        for (channel, ((out, fit), range)) in
+            baselines.iter_mut().zip(&self.fits).zip(&self.range).enumerate()
+        {
+            if !fit.scatters() {
+                return Err(NotReady::NoScatter { channel: channel as u8 });
+            }
             *out = Baseline {
                 b0: fit.b0(),
                 b1: fit.b1(),

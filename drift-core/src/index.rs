@@ -16,7 +16,8 @@ pub enum Index {
     Itse,
 }
 
-/// The indices of one window, in the loop's units and seconds. What the set does not keep is NaN.
+/// The indices of one window, in the loop's units and seconds. What the set does not keep is NaN, and so are the
+/// three that are made of differences from tick to tick where too few valid ticks follow one another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

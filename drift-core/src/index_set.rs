@@ -34,6 +34,8 @@ pub struct Coverage {
     pub valid: u32,
     /// Valid ticks whose predecessor is known: only they enter sums of differences.
     pub paired: u32,
+    /// Pairs below which the sums of differences stand for nothing.
+    pub least_paired: u32,
     /// The sum of the positions in the block of the ticks left out.
     pub time_left_out: u32,
 }
@@ -310,6 +312,10 @@ impl<N: Number> IndexSet<N> for Full {
         for sum in [&mut block.reference_step_square, &mut block.motion_effort, &mut block.travel] {
             *sum = N::extrapolate(*sum, coverage.paired, coverage.whole);
         }
+        if coverage.paired < coverage.least_paired {
+            // No sum of magnitudes is negative.
+            block.travel = N::STRUCK;
+        }
     }
     fn strike(block: &mut Self::Block) {
         block.energy = N::STRUCK;
@@ -343,9 +349,11 @@ impl<N: Number> IndexSet<N> for Full {
         total.mean_u += N::sum_to_f32(block.u);
         total.mean_y += N::sum_to_f32(block.y);
         total.mean_e += N::sum_to_f32(block.e);
-        total.reference_activity += N::sum_to_f32(block.reference_step_square);
-        total.motion_effort += N::sum_to_f32(block.motion_effort);
-        total.speed += N::sum_to_f32(block.travel);
+        // What has no pairs of ticks has no differences: NaN, which no detector takes.
+        let known = if N::is_negative(block.travel) { f32::NAN } else { 1.0 };
+        total.reference_activity += known * N::sum_to_f32(block.reference_step_square);
+        total.motion_effort += known * N::sum_to_f32(block.motion_effort);
+        total.speed += known * N::sum_to_f32(block.travel);
         total.peak_u = larger(total.peak_u, block.peak_u.to_f32());
         total.peak_e = larger(total.peak_e, block.peak_e.to_f32());
     }

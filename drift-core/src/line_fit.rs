@@ -109,7 +109,7 @@ impl LineFit {
     pub fn add(&mut self, x: f32, value: f32) {
         let mut next = *self;
         next.residual_ss += next.prediction_error_square(x - next.line.x_mean, value - next.line.value_mean);
-        next.windows += 1;
+        next.windows = next.windows.saturating_add(1);
         next.line.learn(next.windows, x, value);
         if next.windows <= MOST_WINDOWS && next.finite() {
             *self = next;
@@ -179,7 +179,13 @@ impl LineFit {
         if self.windows < 3 {
             return 0.0;
         }
-        self.residual_ss / (self.windows - 2) as f32
+        self.residual_ss / self.windows.saturating_sub(2) as f32
+    }
+
+    /// Whether the values scatter around the line beyond their own rounding.
+    pub(crate) fn scatters(&self) -> bool {
+        let rounding = 1e-6 * self.line.value_mean;
+        self.residual_variance() > rounding * rounding
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {

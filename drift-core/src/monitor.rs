@@ -322,7 +322,11 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         let paired = valid.saturating_sub(u32::from(self.trace.unpaired()));
         let Some(open) = self.ring.get_mut(usize::from(self.open)) else { return };
         if valid == whole || valid as f32 >= self.config.min_valid * whole as f32 {
-            let coverage = Coverage { whole, valid, paired, time_left_out: self.trace.time_left_out() };
+            let time_left_out = self.trace.time_left_out();
+            // As many pairs as ticks missing at random would leave.
+            let least_paired = (self.config.min_valid * self.config.min_valid * whole as f32) as u32;
+            let least_paired = if least_paired > 0 { least_paired } else { 1 };
+            let coverage = Coverage { whole, valid, paired, least_paired, time_left_out };
             S::extrapolate(open, &coverage);
         } else {
             S::strike(open);

@@ -88,7 +88,7 @@ fn the_promised_run_length_is_the_simulated_one() {
 #[test]
 fn too_few_windows_give_no_baseline() {
     let (learning, _) = learn(24, 0.05, 1);
-    let refused = NotReady { windows: 24, needed: 25 };
+    let refused = NotReady::TooFewWindows { windows: 24, needed: 25 };
     assert_eq!(learning.baselines(), Err(refused));
     assert_eq!(learning.channels([KIND], Detectors::NONE), Err(refused));
     assert_eq!(refused.to_string(), "24 healthy windows so far, at least 25 are needed");
@@ -125,4 +125,21 @@ fn the_commissioned_monitor_standardises_its_residuals() {
     let sd = (square / f64::from(n)).sqrt();
     // sigma from 200 windows is itself known to 5 %.
     assert!((sd - 1.0).abs() < 0.1, "{sd}");
+}
+
+/// A loop that stands still, and one whose values scatter by their own rounding alone: a standard deviation of
+/// zero would silence the channel for ever.
+#[test]
+fn a_constant_index_gives_no_baseline() {
+    for wobble in [0.0, 1e-7f32] {
+        let mut monitor = PairMonitor::<f32, Iae, 1>::new(&CONFIG).unwrap();
+        let mut learning = Commissioning::<1>::new();
+        for i in 0..100 {
+            learning.learn(&monitor.tick(0.3 * (1.0 + wobble * (i % 3) as f32), 0.0, 2.0).unwrap());
+        }
+        let refused = NotReady::NoScatter { channel: 0 };
+        assert_eq!(learning.baselines(), Err(refused));
+        assert_eq!(learning.channels([KIND], Detectors::NONE), Err(refused));
+        assert!(refused.to_string().contains("does not scatter"), "{refused}");
+    }
 }

@@ -3,7 +3,7 @@
 
 use drift_core::{
     Baseline, Channel, ChannelKind, Config, Cusum, Detectors, FaultCurve, Iae, Index, Moved, PairMonitor,
-    Report, Shewhart, Side, Verdict,
+    Report, Shewhart, Side, Sprt, Verdict,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,12 +30,12 @@ static CONFIG: Config<f32, 1> = Config::new(
 );
 
 /// A monitored stream of windows.
-struct Stream {
-    monitor: PairMonitor<'static, f32, Iae, 1>,
+struct Stream<'c> {
+    monitor: PairMonitor<'c, f32, Iae, 1>,
     rng: ChaCha8Rng,
 }
 
-impl Stream {
+impl Stream<'_> {
     fn new(seed: u64) -> Self {
         Self { monitor: PairMonitor::new(&CONFIG).unwrap(), rng: ChaCha8Rng::seed_from_u64(seed) }
     }
@@ -55,7 +55,7 @@ impl Stream {
 }
 
 /// Share of `runs` seeded runs for which `outcome` holds.
-fn share(runs: u64, outcome: impl Fn(Stream) -> bool + Sync) -> f64 {
+fn share(runs: u64, outcome: impl Fn(Stream<'static>) -> bool + Sync) -> f64 {
     (0..runs).into_par_iter().filter(|&seed| outcome(Stream::new(seed))).count() as f64 / runs as f64
 }
 
@@ -227,4 +227,32 @@ fn rate_of_false_drift() {
     println!("{decisions} healthy decisions: {disturbances} ended as disturbance, {drifts} as drift");
     println!("one false drift in {:.0} decisions", decisions as f64 / drifts.max(1) as f64);
     assert!(drifts * 20 < disturbances, "{drifts} false drifts of {disturbances}");
+}
+
+/// Each detector alone, and a lasting shift to either side, from small to far beyond the noise: it ends as a drift
+/// on its own side. The SPRT with an alternative in the deviation sees both sides alarm at once.
+#[test]
+fn a_lasting_shift_of_any_size_is_a_drift_on_its_own_side() {
+    let detectors = [
+        ("CUSUM", Detectors { cusum: Some(Cusum::new(0.5, 5.0)), ..Detectors::NONE }),
+        ("Shewhart", Detectors { shewhart: Some(Shewhart::symmetric(3.5)), ..Detectors::NONE }),
+        ("SPRT, mean", Detectors { sprt: Some(Sprt::mean(1.0, -4.6, 6.9)), ..Detectors::NONE }),
+        (
+            "SPRT, deviation",
+            Detectors { sprt: Some(Sprt::mean_and_deviation(1.0, 1.5, -2.9, 2.9)), ..Detectors::NONE },
+        ),
+    ];
+    for (name, detectors) in detectors {
+        for shift in [-30.0f32, -10.0, -8.0, -5.0, 5.0, 8.0, 10.0, 30.0] {
+            let mut config = CONFIG;
+            config.channels[0].detectors = detectors;
+            let outcome = share(200, |stream| {
+                let mut stream = Stream { monitor: PairMonitor::new(&config).unwrap(), rng: stream.rng };
+                let report = (0..60).map(|_| stream.window(B0 + shift * SIGMA, B1)).last().unwrap();
+                let side = if shift > 0.0 { Side::High } else { Side::Low };
+                report.verdict == Verdict::Drift && report.channels[0].side == Some(side)
+            });
+            assert!(outcome > 0.99, "{name}, {shift} sigma: {outcome} end as a drift on their side");
+        }
+    }
 }

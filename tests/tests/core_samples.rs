@@ -3,8 +3,8 @@
 
 use drift_core::{
     Baseline, Blanking, Channel, ChannelKind, Config, Cusum, Decision, Detectors, Excluded, Full,
-    FullMonitor, Iae, Index, Indices, Input, Monitor, Pair, PairMonitor, Report, Saturation, Shewhart, Sprt,
-    WindowStatus,
+    FullMonitor, Iae, Index, Indices, Input, Location, Monitor, Pair, PairMonitor, Report, Saturation,
+    Shewhart, Sprt, Verdict, WindowStatus,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -102,7 +102,7 @@ proptest! {
         hostile in prop::collection::vec((0usize..800, 0usize..3, 0usize..6), 0..200),
         seed in 0u64..1000,
     ) {
-        const HOSTILE: [f32; 6] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 2e13];
+        const HOSTILE: [f32; 6] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 2e12];
         let config = Config::new(0.001, 10, 5, channels()).with_blanking(4.0, 6);
         let mut with_garbage: Vec<_> =
             noise(800, seed).into_iter().map(|[r, y, u]| Input::Sample { r, y, u }).collect();
@@ -139,7 +139,7 @@ proptest! {
         let config = Config::new(0.001, 10, 5, channels()).with_units(1e10, 1e10);
         let mut used = FullMonitor::<f32, 8>::new(&config).unwrap();
         for signs in signs {
-            let [r, y, u] = signs.map(|s| if s { 1e13 } else { -1e13 });
+            let [r, y, u] = signs.map(|s| if s { 1e12 } else { -1e12 });
             if let Some(report) = used.tick(r, y, u) {
                 prop_assert!(finite_detectors(&report));
             }
@@ -208,7 +208,7 @@ proptest! {
                 let input = match i % 11 {
                     3 => Input::Missing,
                     5 if i % 7 == 0 => Input::Manual,
-                    7 => Input::Sample { r: 1e13, y: -1e13, u: f32::MIN_POSITIVE },
+                    7 => Input::Sample { r: 1e12, y: -1e12, u: f32::MIN_POSITIVE },
                     _ => Input::Sample { r, y, u },
                 };
                 if let Some(report) = monitor.tick_input(input) {
@@ -330,6 +330,50 @@ fn gaps_do_not_bias_the_indices() {
         ] {
             assert!((got / want - 1.0).abs() < 2e-6, "{case}: {name} {got} instead of {want}");
         }
+    }
+}
+
+/// Every second tick is missing: half of the ticks are valid, but no two follow one another, so that there is no
+/// speed and no effort along the motion. Zero in their place would be called friction.
+#[test]
+fn without_pairs_of_ticks_no_motion_is_judged() {
+    let kinds = [ChannelKind::EnergyError(Index::Iae), ChannelKind::MotionEffort, ChannelKind::Activity];
+    let mut channels = kinds.map(watched);
+    // The healthy motion: u sign(dy) about 0.5 at a speed of about 100 per second.
+    channels[1].baseline = Baseline::known(0.5, 0.0, 0.02);
+    channels[0].detectors = Detectors::NONE;
+    channels[2].detectors = Detectors::NONE;
+    let config = Config::new(0.01, 50, 4, channels);
+    let mut monitor = FullMonitor::<f32, 4>::new(&config).unwrap();
+    let mut decisions = 0;
+    for i in 0..20_000 {
+        let sample = Input::Sample { r: i as f32, y: i as f32, u: 0.5 };
+        let Some(report) = monitor.tick_input(if i % 2 == 0 { Input::Missing } else { sample }) else {
+            continue;
+        };
+        decisions += 1;
+        let [_, motion, activity] = report.channels;
+        assert_eq!(report.status, WindowStatus::Valid);
+        assert!(report.indices.mean_u == 0.5, "what needs no pairs is there: {report:?}");
+        let i = report.indices;
+        assert!(i.speed.is_nan() && i.motion_effort.is_nan() && i.reference_activity.is_nan(), "{i:?}");
+        assert!(motion.z.is_nan() && activity.x.is_nan());
+        assert_eq!((motion.verdict, report.location), (Verdict::Healthy, Location::Nowhere));
+    }
+    assert_eq!(decisions, 100);
+}
+
+/// The largest samples in the longest window that a monitor takes: every index is a finite number.
+#[test]
+fn the_largest_window_of_the_largest_samples_is_finite() {
+    let config = Config::new(1.0, 65_535, 64, channels());
+    let mut monitor = FullMonitor::<f32, 64>::new(&config).unwrap();
+    let largest = <f32 as drift_core::Number>::LIMIT;
+    let report = (0..65_535 * 64).find_map(|_| monitor.tick(largest, -largest, largest)).unwrap();
+    let i = report.indices;
+    for (name, index) in [("e_u", i.e_u), ("iae", i.iae), ("ise", i.ise), ("itae", i.itae), ("itse", i.itse)]
+    {
+        assert!(index.is_finite() && index > 0.0, "{name} {index}");
     }
 }
 

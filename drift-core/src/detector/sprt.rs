@@ -57,28 +57,27 @@ impl Sprt {
     }
 
     /// One decision. The side that alarms or accepts the healthy hypothesis starts anew.
+    ///
+    /// An alternative in the deviation can alarm on both sides at once: the side of the larger ratio is named, and
+    /// between equal ratios the sign of z decides.
     pub fn update(&self, state: &mut SprtState, z: f32) -> Option<Side> {
         let even = self.constant + self.quadratic * (z * z);
         let odd = self.linear * z;
-        let high = self.advance(&mut state.high, even + odd);
-        let low = self.advance(&mut state.low, even - odd);
-        if high {
-            Some(Side::High)
-        } else if low {
-            Some(Side::Low)
-        } else {
-            None
+        let (high, low) = (state.high + (even + odd), state.low + (even - odd));
+        state.high = self.after(high);
+        state.low = self.after(low);
+        if !(high >= self.upper || low >= self.upper) {
+            return None;
         }
+        // So put that a NaN on one side leaves the alarm to the other.
+        let high_is_larger = high > low || (high == low && z >= 0.0);
+        Some(if low >= self.upper && !high_is_larger { Side::Low } else { Side::High })
     }
 
-    fn advance(&self, ratio: &mut f32, increment: f32) -> bool {
-        *ratio += increment;
-        let alarm = *ratio >= self.upper;
+    /// The ratio that the next decision starts from.
+    fn after(&self, ratio: f32) -> f32 {
         // NaN, the difference of two overflows, starts anew as well: no state may stay poisoned.
-        if alarm || ratio.is_nan() || *ratio <= self.lower {
-            *ratio = 0.0;
-        }
-        alarm
+        if ratio > self.lower && ratio < self.upper { ratio } else { 0.0 }
     }
 
     pub(crate) fn possible(&self, state: &SprtState) -> bool {

@@ -5,6 +5,7 @@ use crate::detector::{Alarms, DetectorStates, Detectors};
 use crate::index::{Index, Indices};
 use crate::line_fit::Line;
 use crate::math;
+use crate::memory::Memory;
 use crate::store::Fingerprint;
 
 /// What is compared with what.
@@ -118,8 +119,15 @@ impl Baseline {
         self.sigma > 0.0
     }
 
-    pub(crate) fn valid(&self) -> bool {
-        self.words().iter().all(|w| w.is_finite())
+    pub(crate) const fn valid(&self) -> bool {
+        self.b0.is_finite()
+            && self.b1.is_finite()
+            && self.sigma.is_finite()
+            && self.windows.is_finite()
+            && self.x_mean.is_finite()
+            && self.x_ss.is_finite()
+            && self.x_min.is_finite()
+            && self.x_max.is_finite()
             && self.sigma >= 0.0
             && self.windows >= 0.0
             && self.x_ss >= 0.0
@@ -140,19 +148,28 @@ pub struct Channel {
     pub kind: ChannelKind,
     /// The healthy relation; [`Channel::unlearned`] leaves it open.
     pub baseline: Baseline,
+    /// What the windows before add to it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub memory: Memory,
     /// What watches its residual.
     pub detectors: Detectors,
 }
 
 impl Channel {
+    /// A channel with a known relation of this window alone.
+    pub const fn new(kind: ChannelKind, baseline: Baseline, detectors: Detectors) -> Self {
+        Self { kind, baseline, memory: Memory::NONE, detectors }
+    }
+
     /// A channel that is only reported until its baseline is known.
     pub const fn unlearned(kind: ChannelKind) -> Self {
-        Self { kind, baseline: Baseline::UNLEARNED, detectors: Detectors::NONE }
+        Self::new(kind, Baseline::UNLEARNED, Detectors::NONE)
     }
 
     pub(crate) fn fingerprint(&self, to: &mut Fingerprint<'_>) {
         to.u32(self.kind.tag());
         self.baseline.words().into_iter().for_each(|w| to.f32(w));
+        self.memory.fingerprint(to);
         self.detectors.fingerprint(to);
     }
 }
@@ -216,7 +233,7 @@ pub struct FaultCurve {
 }
 
 impl FaultCurve {
-    pub(crate) fn of((fit, windows): (&Line, u32), baseline: &Baseline) -> Self {
+    pub(crate) fn of(fit: &Line, windows: u32, baseline: &Baseline) -> Self {
         let shift = baseline.residual(fit.x_mean(), fit.value_mean());
         let b1 = fit.b1(windows);
         let b0 = fit.value_mean() - b1 * fit.x_mean();
@@ -225,11 +242,12 @@ impl FaultCurve {
     }
 }
 
-/// One channel at one decision.
+/// One channel at one decision. `D`: what the detectors hold ([`DetectorStates`], or nothing); `F`: the refitted curve
+/// (or nothing), both as the monitor's options have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct ChannelReport {
+pub struct ChannelReport<D = DetectorStates, F = Option<FaultCurve>> {
     /// Which index is compared with which.
     pub kind: ChannelKind,
     /// The window's place on the baseline's axis, x units: E_u, mean y, the speed, or the reference's activity,
@@ -244,7 +262,7 @@ pub struct ChannelReport {
     /// x lies outside what calibration saw: the baseline is extrapolated.
     pub extrapolated: bool,
     /// What the detectors hold after this decision.
-    pub detectors: DetectorStates,
+    pub detectors: D,
     /// Which of them alarmed.
     pub alarms: Alarms,
     /// What the channel's course amounts to.
@@ -252,5 +270,5 @@ pub struct ChannelReport {
     /// To which side it moved, while it is away from the baseline.
     pub side: Option<crate::detector::Side>,
     /// The refitted curve, once a drift is confirmed.
-    pub fault_curve: Option<FaultCurve>,
+    pub fault_curve: F,
 }

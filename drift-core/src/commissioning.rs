@@ -1,7 +1,7 @@
 //! On-device commissioning: learns the baseline from healthy windows in place, and says what a baseline from so
 //! few windows can honestly promise.
 
-use crate::channel::{Baseline, ChannelKind};
+use crate::channel::{Baseline, ChannelKind, ChannelReport};
 use crate::config::Config;
 use crate::detector::Cusum;
 use crate::line_fit::{FIT_BYTES, LineFit};
@@ -75,14 +75,20 @@ impl<const C: usize> Commissioning<C> {
     }
 
     /// Adds one healthy decision; windows with too few valid ticks are passed over.
-    pub fn learn(&mut self, report: &Report<C>) {
-        if report.status != WindowStatus::Valid {
-            return;
+    pub fn learn<I, X, D, F>(&mut self, report: &Report<C, I, X, ChannelReport<D, F>>) {
+        if report.status == WindowStatus::Valid {
+            self.learn_window(report.channels.iter().map(|channel| (channel.x, channel.value)));
         }
-        for ((fit, range), channel) in self.fits.iter_mut().zip(&mut self.range).zip(&report.channels) {
-            if channel.x.is_finite() && channel.value.is_finite() {
-                fit.add(channel.x, channel.value);
-                *range = (range.0.min(channel.x), range.1.max(channel.x));
+    }
+
+    /// Adds one healthy window by its coordinates, (x, value) of each channel in order; what is not finite is passed
+    /// over.
+    pub fn learn_window(&mut self, channels: impl Iterator<Item = (f32, f32)>) {
+        for ((fit, range), (x, value)) in self.fits.iter_mut().zip(&mut self.range).zip(channels) {
+            if x.is_finite() && value.is_finite() {
+                fit.add(x, value);
+                // `f32::min` would call fminf, which a C firmware may not link.
+                *range = (if x < range.0 { x } else { range.0 }, if x > range.1 { x } else { range.1 });
             }
         }
     }
@@ -97,13 +103,21 @@ impl<const C: usize> Commissioning<C> {
     /// # Errors
     /// Fewer than [`Commissioning::LEAST_WINDOWS`] windows, or a channel whose index does not scatter.
     pub fn baselines(&self) -> Result<[Baseline; C], NotReady> {
-        let windows = self.windows();
+        self.baselines_of(C)
+    }
+
+    /// The baselines of the first `channels` channels alone; the others stay unlearnt.
+    ///
+    /// # Errors
+    /// As [`Commissioning::baselines`].
+    pub fn baselines_of(&self, channels: usize) -> Result<[Baseline; C], NotReady> {
+        let windows = self.fits.iter().take(channels).map(LineFit::windows).min().unwrap_or(0);
         if windows < Self::LEAST_WINDOWS {
             return Err(NotReady::TooFewWindows { windows, needed: Self::LEAST_WINDOWS });
         }
         let mut baselines = [Baseline::UNLEARNED; C];
         for (channel, ((out, fit), range)) in
-            baselines.iter_mut().zip(&self.fits).zip(&self.range).enumerate()
+            baselines.iter_mut().zip(&self.fits).zip(&self.range).take(channels).enumerate()
         {
             if !fit.scatters() {
                 return Err(NotReady::NoScatter { channel: channel as u8 });

@@ -1,10 +1,15 @@
 //! What a monitor is told, apart from what it remembers: `const`-constructible, so that it can lie in flash.
 
+use crate::blanking::{Blanking, BlankingKind};
 use crate::channel::{Channel, ChannelKind};
 use crate::course::Decision;
+use crate::detector::DetectorSet;
 use crate::index_set::IndexSet;
+use crate::memory::MemoryKind;
 use crate::number::Number;
+use crate::options::Options;
 use crate::store::Fingerprint;
+use crate::window::WindowKind;
 
 /// Samples at or beyond these limits are saturated: the loop is not in control there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,30 +22,8 @@ pub struct Saturation<N> {
     pub u_max: N,
 }
 
-impl<N: Number> Saturation<N> {
-    fn valid(&self) -> bool {
-        self.u_min.admissible() && self.u_max.admissible() && self.u_min < self.u_max
-    }
-}
-
-/// After a step of the reference the next ticks are left out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
-pub struct Blanking<N> {
-    /// A change of r from one tick to the next beyond this is a step.
-    pub reference_step: N,
-    /// Ticks to leave out, counting the step's own.
-    pub ticks: u32,
-}
-
-impl<N: Number> Blanking<N> {
-    fn valid(&self) -> bool {
-        self.reference_step.admissible() && self.reference_step >= N::ZERO
-    }
-}
-
-/// Configuration of a monitor with `C` channels. `const`-constructible; checked by [`crate::Monitor::new`].
+/// Configuration of a monitor with `C` channels. `const`-constructible; checked, in a `const` as well, by
+/// [`crate::Plan::new`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<N, const C: usize> {
@@ -48,7 +31,7 @@ pub struct Config<N, const C: usize> {
     pub sample_time_s: f32,
     /// Ticks per block; a window is `window_blocks*block_ticks` ticks long.
     pub block_ticks: u32,
-    /// Blocks per window, at most the monitor's capacity `B`.
+    /// Blocks per window, at most 64, and at most the capacity of a [`crate::Sliding`] window.
     pub window_blocks: u16,
     /// Blocks from one decision to the next; equal to `window_blocks` unless there is a reason: decisions on
     /// overlapping windows are correlated, and the detectors' thresholds must then be made for that.
@@ -163,6 +146,8 @@ pub enum ConfigError {
     TooManyBlocks,
     /// A channel needs an index that the set does not keep; use [`crate::Full`].
     IndexNotKept(&'static str),
+    /// The named part is configured, but the monitor's options leave it out.
+    NotLinked(&'static str),
 }
 
 impl core::fmt::Display for ConfigError {
@@ -178,6 +163,9 @@ impl core::fmt::Display for ConfigError {
             Self::IndexNotKept(channel) => {
                 write!(f, "channel {channel} needs an index that this set does not keep")
             }
+            Self::NotLinked(what) => {
+                write!(f, "{what} is configured, but the monitor's options leave it out")
+            }
         }
     }
 }
@@ -185,45 +173,60 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 impl<N: Number, const C: usize> Config<N, C> {
-    /// Checks every field for a monitor of set `S` and capacity `capacity` blocks.
-    ///
-    /// # Errors
-    /// The first field that is impossible.
-    pub fn validate<S: IndexSet<N>>(&self, capacity: usize) -> Result<(), ConfigError> {
-        self.validate_timing(capacity)?;
-        if self.block_ticks > S::MAX_BLOCK_TICKS {
-            return Err(ConfigError::BlockTooLong);
+    /// Checks all but the limits of u and the step of the reference, whose number is not known here.
+    pub(crate) const fn check<S: IndexSet<N>, O: Options>(&self) -> Result<(), ConfigError> {
+        if let Err(error) = self.check_timing::<S, O>() {
+            return Err(error);
         }
         if !(self.min_valid > 0.0 && self.min_valid <= 1.0) {
             return Err(ConfigError::OutOfRange("min_valid"));
         }
-        positive(self.y_unit, "y_unit")?;
-        positive(self.u_unit, "u_unit")?;
-        if self.saturation.is_some_and(|s| !s.valid()) {
-            return Err(ConfigError::InvertedRange("saturation"));
+        if !positive(self.y_unit) {
+            return Err(ConfigError::NotPositive("y_unit"));
         }
-        if self.blanking.is_some_and(|b| !b.valid()) {
-            return Err(ConfigError::OutOfRange("blanking.reference_step"));
+        if !positive(self.u_unit) {
+            return Err(ConfigError::NotPositive("u_unit"));
+        }
+        if self.saturation.is_some() && !O::LIMITS {
+            return Err(ConfigError::NotLinked("saturation"));
+        }
+        if self.blanking.is_some() && !O::Blanking::LINKED {
+            return Err(ConfigError::NotLinked("blanking"));
         }
         if !self.decision.valid() {
             return Err(ConfigError::OutOfRange("decision"));
         }
-        self.channels.iter().try_for_each(validate_channel::<N, S>)
+        let mut i = 0;
+        while i < C {
+            if let Err(error) = check_channel::<N, S, O>(&self.channels[i]) {
+                return Err(error);
+            }
+            i += 1;
+        }
+        Ok(())
     }
 
-    fn validate_timing(&self, capacity: usize) -> Result<(), ConfigError> {
-        positive(self.sample_time_s, "sample_time_s")?;
+    const fn check_timing<S: IndexSet<N>, O: Options>(&self) -> Result<(), ConfigError> {
+        if !positive(self.sample_time_s) {
+            return Err(ConfigError::NotPositive("sample_time_s"));
+        }
         if self.block_ticks == 0 {
             return Err(ConfigError::NotPositive("block_ticks"));
         }
         if self.window_blocks == 0 {
             return Err(ConfigError::NotPositive("window_blocks"));
         }
-        if usize::from(self.window_blocks) > capacity {
+        if self.window_blocks > O::Window::CAPACITY {
             return Err(ConfigError::TooManyBlocks);
         }
         if self.hop_blocks == 0 {
             return Err(ConfigError::NotPositive("hop_blocks"));
+        }
+        if self.hop_blocks != self.window_blocks && !O::Window::SLIDES {
+            return Err(ConfigError::NotLinked("hop_blocks"));
+        }
+        if self.block_ticks > S::MAX_BLOCK_TICKS {
+            return Err(ConfigError::BlockTooLong);
         }
         Ok(())
     }
@@ -253,9 +256,9 @@ impl<N: Number, const C: usize> Config<N, C> {
     }
 }
 
-fn validate_channel<N: Number, S: IndexSet<N>>(channel: &Channel) -> Result<(), ConfigError> {
+const fn check_channel<N: Number, S: IndexSet<N>, O: Options>(channel: &Channel) -> Result<(), ConfigError> {
     let kept = match channel.kind {
-        ChannelKind::EnergyError(index) => S::keeps(index),
+        ChannelKind::EnergyError(index) => S::KEEPS & (1 << index as u8) != 0,
         ChannelKind::Effort | ChannelKind::MotionEffort | ChannelKind::Activity => S::KEEPS_EFFORT,
     };
     if !kept {
@@ -264,12 +267,24 @@ fn validate_channel<N: Number, S: IndexSet<N>>(channel: &Channel) -> Result<(), 
     if !channel.baseline.valid() {
         return Err(ConfigError::OutOfRange("baseline"));
     }
+    if !O::PREDICTION && (channel.baseline.windows > 0.0 || channel.baseline.x_ss > 0.0) {
+        return Err(ConfigError::NotLinked("a learnt baseline's uncertainty"));
+    }
+    if !channel.memory.valid() {
+        return Err(ConfigError::OutOfRange("memory"));
+    }
+    if channel.memory.order > 0 && !O::Memory::LINKED {
+        return Err(ConfigError::NotLinked("memory"));
+    }
     if !channel.detectors.valid() {
         return Err(ConfigError::OutOfRange("detectors"));
     }
-    Ok(())
+    match channel.detectors.not_linked(O::Detectors::LINKED) {
+        Some(name) => Err(ConfigError::NotLinked(name)),
+        None => Ok(()),
+    }
 }
 
-fn positive(x: f32, name: &'static str) -> Result<(), ConfigError> {
-    if x.is_finite() && x > 0.0 { Ok(()) } else { Err(ConfigError::NotPositive(name)) }
+const fn positive(x: f32) -> bool {
+    x.is_finite() && x > 0.0
 }

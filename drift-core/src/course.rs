@@ -10,8 +10,12 @@
 //! for one that came back. A drift is confirmed when the evidence stands at its cap and `confirm_hops` decisions
 //! have passed; before that, nothing can be told from a disturbance of that length.
 
+use core::fmt::Debug;
+
+use crate::channel::{Baseline, FaultCurve};
 use crate::detector::Side;
 use crate::line_fit::{LINE_BYTES, Line};
+use crate::options::Never;
 use crate::store::{Fingerprint, Reader, Writer};
 
 /// How long and how strongly a deviation must stay to be called drift.
@@ -31,7 +35,7 @@ impl Decision {
     /// Twenty decisions, 99 to 1, one sigma.
     pub const DEFAULT: Self = Self { confirm_hops: 20, log_odds: 4.6, smallest_shift: 1.0 };
 
-    pub(crate) fn valid(&self) -> bool {
+    pub(crate) const fn valid(&self) -> bool {
         self.confirm_hops > 0
             && self.log_odds.is_finite()
             && self.log_odds > 0.0
@@ -76,12 +80,83 @@ enum Phase {
     Drift,
 }
 
-/// Saved bytes of one course.
-pub(crate) const COURSE_BYTES: usize = 14 + LINE_BYTES;
+/// Whether a confirmed drift is refitted, as a type: [`Refitted`] or [`Never`].
+pub trait Curve: Copy + Debug + PartialEq + 'static {
+    /// What is remembered of the windows since the alarm.
+    type State: Copy + Debug + PartialEq;
+    /// What is reported of it.
+    type Shown: Copy + Debug + PartialEq;
+    /// No window yet.
+    const EMPTY: Self::State;
+    /// No drift.
+    const NOT_SHOWN: Self::Shown;
+    /// Saved bytes.
+    const BYTES: usize;
+    /// Adds a window as the `windows`th since the alarm.
+    fn add(state: &mut Self::State, windows: u16, x: f32, value: f32);
+    /// The curve of a confirmed drift.
+    fn shown(state: &Self::State, windows: u16, baseline: &Baseline) -> Self::Shown;
+    /// Whether such a state can be.
+    fn possible(state: &Self::State) -> bool;
+    /// Saves.
+    fn write(state: &Self::State, to: &mut Writer<'_>);
+    /// Restores.
+    fn read(from: &mut Reader<'_>) -> Option<Self::State>;
+}
+
+/// A confirmed drift is reported with the curve refitted on the windows since the alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refitted;
+
+impl Curve for Refitted {
+    type State = Line;
+    type Shown = Option<FaultCurve>;
+    const EMPTY: Line = Line::EMPTY;
+    const NOT_SHOWN: Option<FaultCurve> = None;
+    const BYTES: usize = LINE_BYTES;
+    #[inline(always)]
+    fn add(state: &mut Line, windows: u16, x: f32, value: f32) {
+        state.add(u32::from(windows), x, value);
+    }
+    fn shown(state: &Line, windows: u16, baseline: &Baseline) -> Option<FaultCurve> {
+        Some(FaultCurve::of(state, u32::from(windows), baseline))
+    }
+    fn possible(state: &Line) -> bool {
+        state.possible()
+    }
+    fn write(state: &Line, to: &mut Writer<'_>) {
+        state.write(to);
+    }
+    fn read(from: &mut Reader<'_>) -> Option<Line> {
+        Line::read(from)
+    }
+}
+
+impl Curve for Never {
+    type State = ();
+    type Shown = ();
+    const EMPTY: () = ();
+    const NOT_SHOWN: () = ();
+    const BYTES: usize = 0;
+    #[inline(always)]
+    fn add((): &mut (), _: u16, _: f32, _: f32) {}
+    #[inline(always)]
+    fn shown((): &(), _: u16, _: &Baseline) {}
+    fn possible((): &()) -> bool {
+        true
+    }
+    fn write((): &(), _: &mut Writer<'_>) {}
+    fn read(_: &mut Reader<'_>) -> Option<()> {
+        Some(())
+    }
+}
+
+/// Saved bytes of one course besides its curve.
+pub(crate) const COURSE_BYTES: usize = 14;
 
 /// The course of one channel since its last alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct Course<F: Curve> {
     phase: Phase,
     side: Side,
     /// Decisions since the alarm, as far as 65535: later windows are then learnt with that one's weight.
@@ -89,10 +164,10 @@ pub(crate) struct Course {
     hops_away: u16,
     mean_away: f32,
     evidence: f32,
-    since: Line,
+    since: F::State,
 }
 
-impl Course {
+impl<F: Curve> Course<F> {
     pub(crate) const HEALTHY: Self = Self {
         phase: Phase::Healthy,
         side: Side::High,
@@ -100,7 +175,7 @@ impl Course {
         hops_away: 0,
         mean_away: 0.0,
         evidence: 0.0,
-        since: Line::EMPTY,
+        since: F::EMPTY,
     };
 
     /// One decision: the standardised residual, the alarm raised at it, and the window's coordinates.
@@ -118,7 +193,7 @@ impl Course {
             (self.phase, self.side) = (Phase::Suspect, side);
         }
         self.hops = self.hops.saturating_add(1);
-        self.since.add(u32::from(self.hops), x, value);
+        F::add(&mut self.since, self.hops, x, value);
         self.weigh(decision, self.side.sign() * z);
         if self.evidence <= -decision.log_odds {
             let was_drift = self.phase == Phase::Drift;
@@ -171,14 +246,15 @@ impl Course {
         (self.phase != Phase::Healthy).then_some(self.side)
     }
 
-    /// The line of the windows since the alarm and their number, once the drift is confirmed.
-    pub(crate) fn drifted(&self) -> Option<(&Line, u32)> {
-        (self.phase == Phase::Drift).then_some((&self.since, u32::from(self.hops)))
+    /// The curve of the windows since the alarm, once the drift is confirmed.
+    #[inline(always)]
+    pub(crate) fn curve(&self, baseline: &Baseline) -> F::Shown {
+        if self.phase == Phase::Drift { F::shown(&self.since, self.hops, baseline) } else { F::NOT_SHOWN }
     }
 
     pub(crate) fn possible(&self, decision: &Decision) -> bool {
         let forgotten = self.phase != Phase::Healthy || *self == Self::HEALTHY;
-        forgotten && self.evidence.abs() <= decision.log_odds && self.since.possible()
+        forgotten && self.evidence.abs() <= decision.log_odds && F::possible(&self.since)
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
@@ -188,7 +264,7 @@ impl Course {
         to.u16(self.hops_away);
         to.f32(self.mean_away);
         to.f32(self.evidence);
-        self.since.write(to);
+        F::write(&self.since, to);
     }
 
     pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
@@ -208,7 +284,7 @@ impl Course {
             hops_away: from.u16()?,
             mean_away: from.f32()?,
             evidence: from.f32()?,
-            since: Line::read(from)?,
+            since: F::read(from)?,
         })
     }
 }
@@ -217,7 +293,7 @@ impl Course {
 mod tests {
     use super::*;
 
-    fn run(z: impl Iterator<Item = f32>) -> Course {
+    fn run(z: impl Iterator<Item = f32>) -> Course<Refitted> {
         let mut course = Course::HEALTHY;
         for (i, z) in z.enumerate() {
             course.update(&Decision::DEFAULT, z, (i == 0).then_some(Side::High), 0.0, z);

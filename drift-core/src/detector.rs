@@ -1,17 +1,23 @@
 //! The detectors of a standardised residual. Their thresholds are numbers computed on the host; an update is
 //! adds and compares.
 //!
+//! A detector is one file, with its [`Detector`] implementation, and one row of the table at the end of this one.
+//!
 //! A repeated SPRT that restarts at its lower boundary is itself a CUSUM with another reset: running both at
 //! equal cost adds their false alarms. Shewhart beside CUSUM is the sensible duo: the first finds a disturbance
 //! at once, the second a small drift.
 
 mod cusum;
+mod ewma;
 mod shewhart;
 mod sprt;
 
 pub use cusum::{Cusum, CusumState};
+pub use ewma::{Ewma, EwmaState};
 pub use shewhart::Shewhart;
 pub use sprt::{Sprt, SprtState};
+
+use core::fmt::Debug;
 
 use crate::store::{Fingerprint, Reader, Writer};
 
@@ -35,112 +41,277 @@ impl Side {
     }
 }
 
-/// The detectors that watch one channel; each is optional.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
-pub struct Detectors {
-    /// Instant: one residual beyond a limit.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
-    pub shewhart: Option<Shewhart>,
-    /// Cumulative: small persistent shifts.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
-    pub cusum: Option<Cusum>,
-    /// Sequential: a stated alternative in mean, or mean and variance.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
-    pub sprt: Option<Sprt>,
+/// What a detector remembers between decisions.
+pub trait DetectorState: Copy + Debug + PartialEq {
+    /// No evidence.
+    const ZERO: Self;
+    /// Saved bytes.
+    const BYTES: usize;
+    /// Saves.
+    fn write(&self, to: &mut Writer<'_>);
+    /// Restores; `None` past the end, or if a number is not finite.
+    fn read(from: &mut Reader<'_>) -> Option<Self>;
 }
 
-impl Detectors {
-    /// None: the channel is only reported.
-    pub const NONE: Self = Self { shewhart: None, cusum: None, sprt: None };
-
-    pub(crate) fn start(&self) -> DetectorStates {
-        DetectorStates { cusum: self.cusum.map_or(CusumState::ZERO, |c| c.start()), sprt: SprtState::ZERO }
+/// A detector that remembers nothing.
+impl DetectorState for () {
+    const ZERO: Self = ();
+    const BYTES: usize = 0;
+    fn write(&self, _: &mut Writer<'_>) {}
+    fn read(_: &mut Reader<'_>) -> Option<Self> {
+        Some(())
     }
+}
 
-    /// One decision: feeds `z` to every detector.
-    pub(crate) fn update(&self, states: &mut DetectorStates, z: f32) -> Alarms {
-        Alarms {
-            shewhart: self.shewhart.and_then(|d| d.check(z)),
-            cusum: self.cusum.and_then(|d| d.update(&mut states.cusum, z)),
-            sprt: self.sprt.and_then(|d| d.update(&mut states.sprt, z)),
-        }
-    }
+/// One detector: its thresholds. Sealed: those of [`Detectors`].
+pub trait Detector: Copy + Debug + PartialEq + table::Row + 'static {
+    /// What it remembers between decisions.
+    type State: DetectorState;
+    /// The state before the first decision, and after an alarm.
+    fn start(&self) -> Self::State;
+    /// One decision: the side that it alarms on, if it does.
+    fn update(&self, state: &mut Self::State, z: f32) -> Option<Side>;
+    /// Whether such a state can be.
+    fn possible(&self, state: &Self::State) -> bool;
+    /// Its numbers, one by one.
+    fn each_number(&self, each: impl FnMut(f32));
+}
 
-    pub(crate) fn valid(&self) -> bool {
-        self.shewhart.is_none_or(|d| d.valid())
-            && self.cusum.is_none_or(|d| d.valid())
-            && self.sprt.is_none_or(|d| d.valid())
-    }
-
+/// The detectors that are linked, as a type: a [`Detector`], a pair of such sets, or [`AllDetectors`].
+pub trait DetectorSet: Copy + Debug + PartialEq + 'static {
+    /// What they remember.
+    type State: DetectorState;
+    /// What of it is reported.
+    type Shown: Copy + Debug + PartialEq;
+    /// Before the first decision.
+    const NOT_SHOWN: Self::Shown;
+    /// Bit by bit, the rows of the table that are linked.
+    const LINKED: u8;
+    /// The state before the first decision.
+    fn start(detectors: &Detectors) -> Self::State;
+    /// One decision: feeds `z` to every detector that is configured.
+    fn update(detectors: &Detectors, state: &mut Self::State, z: f32, alarms: &mut Alarms);
+    /// What of the state is reported.
+    fn shown(state: &Self::State) -> Self::Shown;
     /// Whether these detectors can hold such states; one that is absent never moves.
-    pub(crate) fn possible(&self, states: &DetectorStates) -> bool {
-        self.cusum.map_or(states.cusum == CusumState::ZERO, |d| d.possible(&states.cusum))
-            && self.sprt.map_or(states.sprt == SprtState::ZERO, |d| d.possible(&states.sprt))
-    }
+    fn possible(detectors: &Detectors, state: &Self::State) -> bool;
+}
 
-    pub(crate) fn fingerprint(&self, to: &mut Fingerprint<'_>) {
-        if let Some(d) = self.shewhart {
-            to.u32(1);
-            d.words().into_iter().for_each(|w| to.f32(w));
-        }
-        if let Some(d) = self.cusum {
-            to.u32(2);
-            d.words().into_iter().for_each(|w| to.f32(w));
-        }
-        if let Some(d) = self.sprt {
-            to.u32(3);
-            d.words().into_iter().for_each(|w| to.f32(w));
+impl<D: Detector> DetectorSet for D {
+    type State = D::State;
+    type Shown = ();
+    const NOT_SHOWN: () = ();
+    const LINKED: u8 = D::BIT;
+    fn start(detectors: &Detectors) -> D::State {
+        D::configured(detectors).as_ref().map_or(D::State::ZERO, D::start)
+    }
+    #[inline(always)]
+    fn update(detectors: &Detectors, state: &mut D::State, z: f32, alarms: &mut Alarms) {
+        if let Some(detector) = D::configured(detectors) {
+            *D::alarm(alarms) = detector.update(state, z);
         }
     }
-}
-
-/// What the detectors of one channel remember between decisions.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct DetectorStates {
-    /// The two cumulative sums, in sigmas.
-    pub cusum: CusumState,
-    /// The two log-likelihood ratios.
-    pub sprt: SprtState,
-}
-
-/// Saved bytes of one channel's detectors.
-pub(crate) const DETECTOR_BYTES: usize = 16;
-
-impl DetectorStates {
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        [self.cusum.high, self.cusum.low, self.sprt.high, self.sprt.low].into_iter().for_each(|w| to.f32(w));
-    }
-    pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
-        Some(Self {
-            cusum: CusumState { high: from.f32()?, low: from.f32()? },
-            sprt: SprtState { high: from.f32()?, low: from.f32()? },
-        })
+    #[inline(always)]
+    fn shown(_: &D::State) {}
+    fn possible(detectors: &Detectors, state: &D::State) -> bool {
+        D::configured(detectors).as_ref().map_or(*state == D::State::ZERO, |d| d.possible(state))
     }
 }
 
-/// Which detectors alarmed at this decision, and to which side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Alarms {
-    /// The side that [`Shewhart`] alarmed on, if it did.
-    pub shewhart: Option<Side>,
-    /// The side that [`Cusum`] alarmed on, if it did.
-    pub cusum: Option<Side>,
-    /// The side that [`Sprt`] alarmed on, if it did.
-    pub sprt: Option<Side>,
+impl<A: DetectorState, B: DetectorState> DetectorState for (A, B) {
+    const ZERO: Self = (A::ZERO, B::ZERO);
+    const BYTES: usize = A::BYTES + B::BYTES;
+    fn write(&self, to: &mut Writer<'_>) {
+        self.0.write(to);
+        self.1.write(to);
+    }
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some((A::read(from)?, B::read(from)?))
+    }
 }
 
-impl Alarms {
-    /// No detector alarmed.
-    pub const NONE: Self = Self { shewhart: None, cusum: None, sprt: None };
-
-    /// The side that the slow detectors name, else the instant one's.
-    pub fn side(&self) -> Option<Side> {
-        self.cusum.or(self.sprt).or(self.shewhart)
+impl<A: DetectorSet, B: DetectorSet> DetectorSet for (A, B) {
+    type State = (A::State, B::State);
+    type Shown = ();
+    const NOT_SHOWN: () = ();
+    const LINKED: u8 = A::LINKED | B::LINKED;
+    fn start(detectors: &Detectors) -> Self::State {
+        (A::start(detectors), B::start(detectors))
     }
+    #[inline(always)]
+    fn update(detectors: &Detectors, state: &mut Self::State, z: f32, alarms: &mut Alarms) {
+        A::update(detectors, &mut state.0, z, alarms);
+        B::update(detectors, &mut state.1, z, alarms);
+    }
+    #[inline(always)]
+    fn shown(_: &Self::State) {}
+    fn possible(detectors: &Detectors, state: &Self::State) -> bool {
+        A::possible(detectors, &state.0) && B::possible(detectors, &state.1)
+    }
+}
+
+/// Every detector of the table; what they hold is reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AllDetectors;
+
+impl DetectorSet for AllDetectors {
+    type State = DetectorStates;
+    type Shown = DetectorStates;
+    const NOT_SHOWN: DetectorStates = DetectorStates::ZERO;
+    const LINKED: u8 = u8::MAX;
+    fn start(detectors: &Detectors) -> DetectorStates {
+        detectors.start()
+    }
+    fn update(detectors: &Detectors, state: &mut DetectorStates, z: f32, alarms: &mut Alarms) {
+        *alarms = detectors.update(state, z);
+    }
+    fn shown(state: &DetectorStates) -> DetectorStates {
+        *state
+    }
+    fn possible(detectors: &Detectors, state: &DetectorStates) -> bool {
+        detectors.possible(state)
+    }
+}
+
+/// Rows: the field's name, which is the detector's name everywhere, its type, its bit. The order is that in which
+/// their sides are believed, so that the instant one comes last.
+macro_rules! detectors {
+    ($($(#[$doc:meta])* $field:ident: $Type:ident = $bit:literal;)*) => {
+        mod table {
+            use super::{Alarms, Detectors, Side};
+            /// A row of the table.
+            pub trait Row: Sized {
+                /// The row's own bit.
+                const BIT: u8;
+                /// The name in files, commands and reports.
+                const NAME: &'static str;
+                /// The place in a configuration.
+                fn configured(detectors: &Detectors) -> &Option<Self>;
+                /// The place in a report.
+                fn alarm(alarms: &mut Alarms) -> &mut Option<Side>;
+            }
+            $(impl Row for super::$Type {
+                const BIT: u8 = $bit;
+                const NAME: &'static str = stringify!($field);
+                #[inline(always)]
+                fn configured(detectors: &Detectors) -> &Option<Self> {
+                    &detectors.$field
+                }
+                #[inline(always)]
+                fn alarm(alarms: &mut Alarms) -> &mut Option<Side> {
+                    &mut alarms.$field
+                }
+            })*
+        }
+
+        /// The detectors that watch one channel; each is optional.
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+        pub struct Detectors {
+            $($(#[$doc])*
+            #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+            pub $field: Option<$Type>,)*
+        }
+
+        /// What the detectors of one channel remember between decisions.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        pub struct DetectorStates {
+            $(#[doc = concat!("Of [`", stringify!($Type), "`].")]
+            pub $field: <$Type as Detector>::State,)*
+        }
+
+        /// Which detectors alarmed at this decision, and to which side.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        pub struct Alarms {
+            $(#[doc = concat!("The side that [`", stringify!($Type), "`] alarmed on, if it did.")]
+            pub $field: Option<Side>,)*
+        }
+
+        impl Detectors {
+            /// None: the channel is only reported.
+            pub const NONE: Self = Self { $($field: None),* };
+            /// The detectors' names in files, commands and reports.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
+
+            /// The states before the first decision.
+            pub fn start(&self) -> DetectorStates {
+                DetectorStates { $($field: <$Type as DetectorSet>::start(self)),* }
+            }
+
+            /// One decision: feeds `z` to every detector.
+            pub fn update(&self, states: &mut DetectorStates, z: f32) -> Alarms {
+                let mut alarms = Alarms::NONE;
+                $(<$Type as DetectorSet>::update(self, &mut states.$field, z, &mut alarms);)*
+                alarms
+            }
+
+            pub(crate) fn possible(&self, states: &DetectorStates) -> bool {
+                $(<$Type as DetectorSet>::possible(self, &states.$field))&&*
+            }
+
+            pub(crate) const fn valid(&self) -> bool {
+                $(if let Some(detector) = &self.$field && !detector.valid() {
+                    return false;
+                })*
+                true
+            }
+
+            /// The name of one that is configured and not among the rows `linked`.
+            pub(crate) const fn not_linked(&self, linked: u8) -> Option<&'static str> {
+                $(if self.$field.is_some() && linked & $bit == 0 {
+                    return Some(stringify!($field));
+                })*
+                None
+            }
+
+            pub(crate) fn fingerprint(&self, to: &mut Fingerprint<'_>) {
+                $(if let Some(detector) = &self.$field {
+                    to.u32($bit);
+                    detector.each_number(|x| to.f32(x));
+                })*
+            }
+        }
+
+        impl DetectorState for DetectorStates {
+            const ZERO: Self = Self { $($field: <$Type as Detector>::State::ZERO),* };
+            const BYTES: usize = 0 $(+ <<$Type as Detector>::State as DetectorState>::BYTES)*;
+            fn write(&self, to: &mut Writer<'_>) {
+                $(self.$field.write(to);)*
+            }
+            fn read(from: &mut Reader<'_>) -> Option<Self> {
+                Some(Self { $($field: DetectorState::read(from)?),* })
+            }
+        }
+
+        impl Alarms {
+            /// No detector alarmed.
+            pub const NONE: Self = Self { $($field: None),* };
+
+            /// The side that the slow detectors name, else the instant one's.
+            pub fn side(&self) -> Option<Side> {
+                None $(.or(self.$field))*
+            }
+
+            /// Each detector's name and the side that it alarmed on.
+            pub fn each(&self) -> impl Iterator<Item = (&'static str, Option<Side>)> {
+                [$((stringify!($field), self.$field)),*].into_iter()
+            }
+        }
+    };
+}
+
+detectors! {
+    /// Cumulative: small persistent shifts.
+    cusum: Cusum = 1;
+    /// Exponentially weighted: small persistent shifts, and slow ones.
+    ewma: Ewma = 2;
+    /// Sequential: a stated alternative in mean, or mean and variance.
+    sprt: Sprt = 4;
+    /// Instant: one residual beyond a limit.
+    shewhart: Shewhart = 8;
 }

@@ -77,13 +77,15 @@ impl Indices {
             Index::Itse => self.itse,
         }
     }
+}
 
-    pub(crate) fn error_index_mut(&mut self, index: Index) -> &mut f32 {
-        match index {
-            Index::Iae => &mut self.iae,
-            Index::Ise => &mut self.ise,
-            Index::Itae => &mut self.itae,
-            Index::Itse => &mut self.itse,
-        }
-    }
+/// What a [`crate::Pair`] keeps of one window, in the loop's units and seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PairIndices {
+    /// Control energy, integral of u^2 (equation 2), u-unit^2 s.
+    pub e_u: f32,
+    /// The pair's error index.
+    pub error: f32,
 }

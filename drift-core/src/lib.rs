@@ -8,25 +8,29 @@
 //! * [`IndexSet`] ([`Pair`], [`Full`]): what is summed. Blocks are added up, never subtracted from, so rounding
 //!   does not grow with uptime.
 //! * [`Indices`]: the window's control energy, error indices, means and peaks (equations 2 and 3 of the paper).
-//! * [`Channel`], [`Baseline`]: the residual of an index against the healthy relation (equations 5 to 7).
-//! * [`Detectors`]: Shewhart, two-sided CUSUM, SPRT, with thresholds computed on the host.
+//! * [`Channel`], [`Baseline`], [`Memory`]: the residual of an index against the healthy relation (equations 5 to 7).
+//! * [`Detectors`]: Shewhart, two-sided CUSUM, EWMA, SPRT, with thresholds computed on the host.
 //! * [`Verdict`]: disturbance or drift, with the refitted curve (equations 8 and 9).
-//! * [`Commissioning`]: learns the baseline in place. [`Monitor::save`], [`Monitor::restore`]: across a reset.
+//! * [`Options`]: what a monitor can do, as a type; what is not chosen is not linked.
+//! * [`Plan`] (checked configuration, in flash) and [`State`], or both in one [`Monitor`].
+//! * [`Commissioning`]: learns the baseline in place. [`Plan::save`], [`Plan::restore`]: across a reset.
 //!
 //! ```
-//! use drift_core::{Baseline, Channel, ChannelKind, Config, Cusum, Detectors, Iae, Index, PairMonitor, Verdict};
+//! use drift_core::{
+//!     Baseline, Channel, ChannelKind, Config, Cusum, Detectors, Iae, Index, Monitor, Pair, Paper, Verdict,
+//! };
 //!
 //! const CONFIG: Config<f32, 1> = Config::new(
 //!     0.001, // s per tick
 //!     250,   // ticks per block
 //!     12,    // blocks per window: 3 s
-//!     [Channel {
-//!         kind: ChannelKind::EnergyError(Index::Iae),
-//!         baseline: Baseline::known(0.0, 1.0, 0.1),
-//!         detectors: Detectors { cusum: Some(Cusum::new(0.5, 5.07)), ..Detectors::NONE },
-//!     }],
+//!     [Channel::new(
+//!         ChannelKind::EnergyError(Index::Iae),
+//!         Baseline::known(0.0, 1.0, 0.1),
+//!         Detectors { cusum: Some(Cusum::new(0.5, 5.07)), ..Detectors::NONE },
+//!     )],
 //! );
-//! let mut monitor = PairMonitor::<f32, Iae, 16>::new(&CONFIG)?;
+//! let mut monitor = Monitor::<f32, Pair<Iae>, Paper>::new(CONFIG)?;
 //! let mut decisions = 0;
 //! for _ in 0..9_000 {
 //!     // e = 1 and u^2 = 1: the window lies on the line J = E_u.
@@ -44,35 +48,44 @@
 #[cfg(test)]
 extern crate std;
 
+mod blanking;
 mod channel;
 mod commissioning;
 mod config;
 mod course;
 mod detector;
-mod error_sums;
 mod index;
 mod index_set;
 mod line_fit;
 mod math;
+mod memory;
 mod monitor;
 mod number;
+mod options;
 mod report;
 mod sample;
 mod store;
+mod trace;
+mod window;
 
+pub use blanking::{BlankTicks, Blanking, BlankingKind, BlankingState, Blanks};
 pub use channel::{Baseline, Channel, ChannelKind, ChannelReport, FaultCurve, Moved};
 pub use commissioning::{Commissioning, NotReady, honest_arl0};
-pub use config::{Blanking, Config, ConfigError, Saturation};
-pub use course::{Decision, Verdict};
-pub use detector::{Alarms, Cusum, CusumState, DetectorStates, Detectors, Shewhart, Side, Sprt, SprtState};
-pub use error_sums::{ErrorSums, Plain, Weighted};
-pub use index::{Index, Indices};
-pub use index_set::{
-    ErrorIndex, Full, FullBlock, Iae, IndexSet, Ise, Itae, Itse, Pair, PairBlock, Scale, Step,
+pub use config::{Config, ConfigError, Saturation};
+pub use course::{Curve, Decision, Refitted, Verdict};
+pub use detector::{
+    Alarms, AllDetectors, Cusum, CusumState, Detector, DetectorSet, DetectorState, DetectorStates, Detectors,
+    Ewma, EwmaState, Shewhart, Side, Sprt, SprtState,
 };
-pub use line_fit::LineFit;
-pub use monitor::{FullMonitor, Monitor, PairMonitor};
-pub use number::Number;
+pub use index::{Index, Indices, PairIndices};
+pub use index_set::{Full, Iae, IndexSet, Ise, Itae, Itse, Pair, Row, Scale, Step};
+pub use line_fit::{Line, LineFit};
+pub use memory::{Forgetful, LastWindows, Memory, MemoryKind, Remembering};
+pub use monitor::{FullMonitor, Monitor, PairMonitor, Plan, ReportOf, STRIP_TICKS, State};
+pub use number::{Carried, Number};
+pub use options::{Everything, Never, Options, Paper, Smallest};
 pub use report::{Location, Report, WindowStatus};
-pub use sample::{Excluded, Exclusion, Input};
+pub use sample::{Excluded, Exclusion, Exclusions, Input, TotalExcluded};
 pub use store::{Reader, STATE_VERSION, StateError, Writer};
+pub use trace::{NoTrace, TimeTrace, Trace, WholeTrace};
+pub use window::{Blocks, Layout, Ring, Sliding, Total, Tumbling, WindowKind};

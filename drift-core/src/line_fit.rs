@@ -25,7 +25,7 @@ pub struct LineFit {
 /// The line alone, for one who counts the windows anyhow and does not ask for their scatter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) struct Line {
+pub struct Line {
     x_mean: f32,
     value_mean: f32,
     x_ss: f32,

@@ -1,24 +1,30 @@
 //! The monitor: one sample in per tick, one report out per decision.
 //!
-//! Per tick a few sums grow; at the end of a block they enter a ring of closed blocks, and at a decision the ring
-//! is added up anew. Nothing is ever subtracted, so nothing accumulates: after 1e8 ticks the indices are as exact
-//! as after the first window. Within a block, strips of about the square root of its length are summed apart and
-//! then joined, so that a long block of small samples does not round more than a short one.
+//! Per tick a few sums grow; at the end of a block they are added to the window, and at a decision the window is
+//! judged. Nothing is ever subtracted, so nothing accumulates: after 1e8 ticks the indices are as exact as after the
+//! first window. Within a block of floats, strips of [`STRIP_TICKS`] ticks are summed apart and then joined with a carry,
+//! so that a long block does not round more than a short one.
 
 mod channel_state;
 mod saved_state;
 
-use heapless::Vec;
-
-use self::channel_state::{ChannelState, unjudged};
+use self::channel_state::ChannelState;
+use crate::blanking::{BlankingKind, BlankingState};
+use crate::channel::ChannelReport;
 use crate::config::{Config, ConfigError};
-use crate::course::{Course, Verdict};
-use crate::error_sums::Trace;
-use crate::index::Indices;
-use crate::index_set::{Coverage, Full, IndexSet, Pair, Scale, Step};
+use crate::course::{Curve, Verdict};
+use crate::detector::DetectorSet;
+use crate::index_set::{Full, IndexSet, Pair, Row, Scale, Step};
 use crate::number::Number;
-use crate::report::{Location, Report, WindowStatus};
-use crate::sample::{Excluded, Exclusion, Input};
+use crate::options::{Everything, Options};
+use crate::report::{Report, WindowStatus};
+use crate::sample::{Exclusion, Exclusions, Input};
+use crate::trace::Trace;
+use crate::window::{Blocks, Layout, Total, WindowKind};
+
+/// Ticks of floats that are summed before they are joined to the block, a power of two. A constant signal rounds the
+/// same way at every addition: 32 of them are off by 6e-7 at worst.
+pub const STRIP_TICKS: u16 = 32;
 
 /// What the last readings are to the next tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,147 +37,471 @@ enum Link {
     Tick,
 }
 
-/// Watches one loop. `N`: the samples' number; `S`: what is summed; `B`: most blocks per window (at most 64);
-/// `C`: channels. The configuration is borrowed and may lie in flash.
+/// What a monitor with these parts reports.
+pub type ReportOf<N, S, O, const C: usize> = Report<
+    C,
+    <S as IndexSet<N>>::Indices,
+    <O as Options>::Excluded,
+    ChannelReport<<<O as Options>::Detectors as DetectorSet>::Shown, <<O as Options>::Curve as Curve>::Shown>,
+>;
+
+/// A checked configuration: what a monitor is, apart from what it remembers. May be a `static` in flash; one plan can
+/// serve many loops.
 ///
-/// Rounding: within 1e-6 relative of a direct sum for `f32` blocks of up to some thousand ticks, however long it
-/// runs; sums of counts are exact.
-#[derive(Debug, Clone)]
-pub struct Monitor<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> {
-    config: &'c Config<N, C>,
-    /// The open block's last few ticks, not yet joined.
-    strip: S::Block,
-    tick_in_block: u16,
-    /// The tick of the block that needs a closer look than the usual one: the last of a strip or, unless the readings
-    /// before are known and there are neither limits nor blanking, the next. Counted from 1.
-    look_at: u16,
-    /// The open block at place `open`, and round the end the closed ones, the newest before it: the block that a
-    /// closed one would push out is not needed once the next is open.
-    ring: Vec<S::Block, B, u8>,
-    open: u8,
-    /// Newest closed blocks in a row that had enough valid ticks, as far as 255.
-    whole_run: u8,
-    /// Ticks left out of the open block so far.
-    left_out: u16,
-    trace: S::Trace,
-    blocks_to_hop: u16,
-    link: Link,
-    blank_ticks: u32,
-    r_before: N,
-    excluded: Excluded,
-    hop: u32,
-    channels: [ChannelState; C],
+/// ```
+/// use drift_core::{
+///     Baseline, Channel, ChannelKind, Config, ConfigError, Cusum, Detectors, Iae, Index, Pair, Plan, Smallest,
+/// };
+/// const CUSUM: Detectors = Detectors { cusum: Some(Cusum::new(0.5, 5.07)), ..Detectors::NONE };
+/// const PAIR: Channel =
+///     Channel::new(ChannelKind::EnergyError(Index::Iae), Baseline::known(0.0, 1.0, 0.1), CUSUM);
+/// /// Checked by the compiler.
+/// static PLAN: Plan<f32, Pair<Iae>, Smallest> = match Plan::<f32, _, _>::new(Config::new(0.001, 250, 12, [PAIR])) {
+///     Ok(plan) => plan,
+///     Err(_) => panic!("an impossible configuration"),
+/// };
+/// let mut state = PLAN.start();
+/// let decisions = (0..9_000).filter(|_| PLAN.tick(&mut state, 1.0, 0.0, 1.0).is_some()).count();
+/// assert_eq!(decisions, 3);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Plan<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
+    config: Config<N, C>,
+    /// u is in control strictly between these.
+    u_above: N,
+    u_below: N,
+    /// A larger change of r is a step.
+    step: N,
+    parts: core::marker::PhantomData<fn() -> (S, O)>,
 }
 
-/// The paper's pair in one channel.
-pub type PairMonitor<'c, N, J, const B: usize> = Monitor<'c, N, Pair<J>, B, 1>;
+/// What a monitor remembers.
+#[derive(Debug, Clone, Copy)]
+pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
+    /// The open strip.
+    sums: S::Sums,
+    peaks: S::Peaks,
+    /// The open block's strips.
+    joined: S::Joined,
+    /// The closed blocks.
+    window: <O::Window as WindowKind>::Blocks<S::Closed, S::Placed>,
+    trace: S::Trace,
+    blanking: <O::Blanking as BlankingKind>::State<N>,
+    channels: [ChannelState<O>; C],
+    report: ReportOf<N, S, O, C>,
+    tick_in_block: u16,
+    /// The tick of the block that needs a closer look than the usual one: the last of a strip or, unless the readings
+    /// before are known, the next. Counted from 1.
+    look_at: u16,
+    /// Ticks left out of the open block so far.
+    left_out: u16,
+    blocks_to_hop: u16,
+    link: Link,
+    /// The report's count of ticks left out is that of the last decision.
+    counted: bool,
+}
 
-/// All indices, three channels.
-pub type FullMonitor<'c, N, const B: usize> = Monitor<'c, N, Full, B, 3>;
+/// A plan and its state in one place. `N`: the samples' number; `S`: what is summed; `O`: what it can do; `C`: channels.
+///
+/// Rounding: within 1e-6 relative of a direct sum for `f32` blocks of any length in windows of up to 16 blocks (1.5e-6
+/// for 64), however long it runs; sums of counts are exact.
+#[derive(Debug, Clone, Copy)]
+pub struct Monitor<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
+    plan: Plan<N, S, O, C>,
+    state: State<N, S, O, C>,
+}
 
-impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, N, S, B, C> {
-    /// Ticks per strip, less one: a power of two near the root of the block's length, and at least 64 ticks: a
-    /// shorter strip costs more ticks than it saves rounding.
-    const fn strip_mask(block_ticks: u32) -> u32 {
-        if N::EXACT {
-            return u16::MAX as u32;
+/// The paper's pair in one channel, everything else at run time; windows of up to `B` blocks.
+pub type PairMonitor<N, J, const B: usize> = Monitor<N, Pair<J>, Everything<B>, 1>;
+
+/// All indices, three channels, everything else at run time; windows of up to `B` blocks.
+pub type FullMonitor<N, const B: usize> = Monitor<N, Full, Everything<B>, 3>;
+
+macro_rules! plan_of {
+    ($number:ty) => {
+        impl<S: IndexSet<$number>, O: Options, const C: usize> Plan<$number, S, O, C> {
+            /// Checks a configuration.
+            ///
+            /// # Errors
+            /// The first field that is impossible for this set and these options.
+            pub const fn new(config: Config<$number, C>) -> Result<Self, ConfigError> {
+                if let Err(error) = config.check::<S, O>() {
+                    return Err(error);
+                }
+                let (mut u_above, mut u_below) = (<$number as Number>::LOWEST, <$number as Number>::HIGHEST);
+                let mut step = <$number as Number>::HIGHEST;
+                if let Some(limits) = &config.saturation {
+                    let most = <$number as Number>::LIMIT;
+                    let (low, high) = (limits.u_min, limits.u_max);
+                    // So put that a NaN is refused.
+                    if !(low >= -most && low < high && high <= most) {
+                        return Err(ConfigError::InvertedRange("saturation"));
+                    }
+                    (u_above, u_below) = (low, high);
+                }
+                if let Some(blanking) = &config.blanking {
+                    step = blanking.reference_step;
+                    if !(step >= <$number as Number>::ZERO && step <= <$number as Number>::LIMIT) {
+                        return Err(ConfigError::OutOfRange("blanking.reference_step"));
+                    }
+                }
+                Ok(Self { config, u_above, u_below, step, parts: core::marker::PhantomData })
+            }
         }
-        let half_bits = (33 - (block_ticks | 1).leading_zeros()) / 2;
-        (1 << if half_bits > 6 { half_bits } else { 6 }) - 1
+    };
+}
+plan_of!(f32);
+plan_of!(i32);
+
+impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
+    const LAYOUT: Layout = Layout { sums: S::SUMS, weighted: S::WEIGHTED };
+
+    /// The configuration.
+    pub const fn config(&self) -> &Config<N, C> {
+        &self.config
     }
 
-    /// A monitor that has seen nothing yet.
-    ///
-    /// # Errors
-    /// The configuration is impossible for this set and capacity.
-    pub fn new(config: &'c Config<N, C>) -> Result<Self, ConfigError> {
-        const { assert!(B > 0 && B <= 64, "a monitor has 1 to 64 blocks") };
-        config.validate::<S>(B)?;
-        Ok(Self {
-            config,
-            ring: Vec::from_array([S::EMPTY; B]),
-            open: 0,
-            whole_run: 0,
-            strip: S::EMPTY,
-            left_out: 0,
+    /// The state of a monitor that has seen nothing yet.
+    pub fn start(&self) -> State<N, S, O, C> {
+        let mut state = State {
+            sums: S::NO_SUMS,
+            peaks: S::NO_PEAKS,
+            joined: S::NO_STRIPS,
+            window: Blocks::none(),
             trace: S::Trace::START,
+            blanking: BlankingState::START,
+            channels: core::array::from_fn(|_| ChannelState::FRESH),
+            report: Report {
+                hop: u32::MAX,
+                status: WindowStatus::TooFewValid,
+                verdict: Verdict::Healthy,
+                indices: S::NO_INDICES,
+                excluded: O::Excluded::NONE,
+                channels: core::array::from_fn(|_| channel_state::unjudged::<O>()),
+            },
             tick_in_block: 0,
             look_at: 1,
-            blocks_to_hop: Self::first_hop(config),
+            left_out: 0,
+            blocks_to_hop: self.first_hop(),
             link: Link::None,
-            blank_ticks: 0,
-            r_before: N::ZERO,
-            excluded: Excluded::NONE,
-            hop: 0,
-            channels: config
-                .channels
-                .each_ref()
-                .map(|c| ChannelState { detectors: c.detectors.start(), course: Course::HEALTHY }),
-        })
+            counted: false,
+        };
+        // Written in place: an array that is mapped would be copied.
+        for ((state, report), channel) in
+            state.channels.iter_mut().zip(&mut state.report.channels).zip(&self.config.channels)
+        {
+            state.acknowledge(channel);
+            report.kind = channel.kind;
+        }
+        state
     }
 
-    /// The configuration that it was started with.
-    pub const fn config(&self) -> &'c Config<N, C> {
-        self.config
+    /// Together with a state of its own.
+    pub fn into_monitor(self) -> Monitor<N, S, O, C> {
+        Monitor { state: self.start(), plan: self }
     }
 
     /// One tick of the closed loop. `Some` once per hop, from the first full window on.
     ///
     /// Besides a hop: adds and compares only, no division, no square root, the same work every tick.
     #[inline(always)]
-    pub fn tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
-        // Two comparisons on most ticks; whatever else they can lead to is one call apart.
-        let next = self.tick_in_block.wrapping_add(1);
-        if next != self.look_at && N::surely_admissible(r, y, u) {
-            let tick = u32::from(self.tick_in_block);
-            self.tick_in_block = next;
-            let step = Step { r, y, u, r_before: self.r_before, y_before: self.trace.y_before() };
-            if S::KEEPS_EFFORT {
-                self.r_before = r;
-                self.trace.remember(y);
-            }
-            S::add(&mut self.strip, tick, &step);
+    pub fn tick<'s>(
+        &self,
+        state: &'s mut State<N, S, O, C>,
+        r: N,
+        y: N,
+        u: N,
+    ) -> Option<&'s ReportOf<N, S, O, C>> {
+        // A few comparisons on most ticks; whatever else they can lead to is one call apart.
+        let next = state.tick_in_block.wrapping_add(1);
+        if next != state.look_at && N::surely_admissible(r, y, u) && self.undisturbed(state, r, u) {
+            let tick = u32::from(state.tick_in_block);
+            state.tick_in_block = next;
+            let (r_before, y_before) = state.trace.before();
+            state.trace.remember(r, y);
+            state.blanking.remember(r);
+            S::add(&mut state.sums, &mut state.peaks, tick, &Step { r, y, u, r_before, y_before });
             return None;
         }
-        self.rare_tick(r, y, u)
+        self.rare_tick(state, r, y, u)
+    }
+
+    /// Neither at a limit nor at a step of the reference.
+    #[inline(always)]
+    fn undisturbed(&self, state: &State<N, S, O, C>, r: N, u: N) -> bool {
+        let in_control = !O::LIMITS || (u > self.u_above && u < self.u_below);
+        in_control && (!O::Blanking::LINKED || r.minus(state.blanking.r_before()).magnitude() <= self.step)
     }
 
     /// A tick that ends a strip, or has to be looked at more closely.
     #[inline(never)]
-    fn rare_tick(&mut self, r: N, y: N, u: N) -> Option<Report<C>> {
-        match self.admit(r, y, u) {
-            Ok(step) => S::add(&mut self.strip, u32::from(self.tick_in_block), &step),
-            Err(why) => self.leave_out(why),
+    fn rare_tick<'s>(
+        &self,
+        state: &'s mut State<N, S, O, C>,
+        r: N,
+        y: N,
+        u: N,
+    ) -> Option<&'s ReportOf<N, S, O, C>> {
+        // Most often a strip ends, and nothing else is rare.
+        let usual = state.link == Link::Tick && state.blanking.ticks() == 0 && N::surely_admissible(r, y, u);
+        let step = if usual && self.undisturbed(state, r, u) {
+            let (r_before, y_before) = state.trace.before();
+            state.trace.remember(r, y);
+            state.blanking.remember(r);
+            Ok(Step { r, y, u, r_before, y_before })
+        } else {
+            self.admit(state, r, y, u)
+        };
+        match step {
+            Ok(step) => S::add(&mut state.sums, &mut state.peaks, u32::from(state.tick_in_block), &step),
+            Err(why) => state.leave_out(why),
         }
-        self.advance()
+        self.advance(state)
     }
 
     /// One tick of any kind.
-    pub fn tick_input(&mut self, input: Input<N>) -> Option<Report<C>> {
+    pub fn tick_input<'s>(
+        &self,
+        state: &'s mut State<N, S, O, C>,
+        input: Input<N>,
+    ) -> Option<&'s ReportOf<N, S, O, C>> {
         match input {
-            Input::Sample { r, y, u } => self.tick(r, y, u),
-            Input::Manual => {
-                // The loop closes again anywhere: a step across the gap is none of its own.
-                self.link = Link::None;
-                self.blank_ticks = self.blank_ticks.saturating_sub(1);
-                self.leave_out(Exclusion::Manual);
-                self.advance()
+            // The longer way, which is right for every tick: the short one is for the caller's own code.
+            Input::Sample { r, y, u } => self.rare_tick(state, r, y, u),
+            Input::Manual => self.tick_without(state, Exclusion::Manual),
+            Input::Missing => self.tick_without(state, Exclusion::Missing),
+        }
+    }
+
+    #[inline(never)]
+    fn tick_without<'s>(
+        &self,
+        state: &'s mut State<N, S, O, C>,
+        why: Exclusion,
+    ) -> Option<&'s ReportOf<N, S, O, C>> {
+        state.miss();
+        if why == Exclusion::Manual {
+            // The loop closes again anywhere: a step across the gap is none of its own.
+            state.link = Link::None;
+        }
+        state.leave_out(why);
+        self.advance(state)
+    }
+
+    /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
+    pub fn restart_window(&self, state: &mut State<N, S, O, C>) {
+        state.window = Blocks::none();
+        state.sums = S::NO_SUMS;
+        state.start_block();
+        state.tick_in_block = 0;
+        state.look_at = 1;
+        state.blocks_to_hop = self.first_hop();
+        state.link = Link::None;
+        state.blanking.set(0);
+        state.report.excluded = O::Excluded::NONE;
+        state.counted = false;
+    }
+
+    /// Forgets alarms and courses, for a fault that was seen to; the window stays.
+    pub fn acknowledge(&self, state: &mut State<N, S, O, C>) {
+        for (state, channel) in state.channels.iter_mut().zip(&self.config.channels) {
+            state.acknowledge(channel);
+        }
+    }
+
+    #[inline(never)]
+    fn admit(&self, state: &mut State<N, S, O, C>, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
+        if !(r.admissible() && y.admissible() && u.admissible()) {
+            state.miss();
+            return Err(refusal(r, y, u));
+        }
+        let link = state.link;
+        state.link = Link::Tick;
+        let (mut r_before, mut y_before) = state.trace.before();
+        state.trace.remember(r, y);
+        if O::Blanking::LINKED
+            && let Some(blanking) = &self.config.blanking
+        {
+            let before = if link == Link::None { r } else { state.blanking.r_before() };
+            state.blanking.remember(r);
+            if r.minus(before).magnitude() > blanking.reference_step {
+                state.blanking.set(blanking.ticks);
             }
-            Input::Missing => {
-                self.miss();
-                self.leave_out(Exclusion::Missing);
-                self.advance()
+            let ticks = state.blanking.ticks();
+            if ticks > 0 {
+                state.blanking.set(ticks.wrapping_sub(1));
+                return Err(Exclusion::Blanked);
+            }
+        }
+        if O::LIMITS && !(u > self.u_above && u < self.u_below) {
+            return Err(Exclusion::Saturated);
+        }
+        if link != Link::Tick {
+            (r_before, y_before) = (r, y);
+            state.trace.unpair();
+        }
+        Ok(Step { r, y, u, r_before, y_before })
+    }
+
+    /// To the next tick, which may begin a strip or a block.
+    fn advance<'s>(&self, state: &'s mut State<N, S, O, C>) -> Option<&'s ReportOf<N, S, O, C>> {
+        state.tick_in_block = state.tick_in_block.wrapping_add(1);
+        let closes = u32::from(state.tick_in_block) >= self.config.block_ticks;
+        if !N::EXACT && (closes || state.tick_in_block & (STRIP_TICKS - 1) == 0) {
+            state.join_strip();
+        }
+        if closes {
+            state.tick_in_block = 0;
+        }
+        state.look_at = state.tick_in_block.wrapping_add(1);
+        if state.link == Link::Tick && state.blanking.ticks() == 0 {
+            state.look_at = self.strip_end(state.tick_in_block);
+        }
+        if closes { self.close_block(state) } else { None }
+    }
+
+    /// Where a strip that begins at `tick`, or holds it, ends.
+    fn strip_end(&self, tick: u16) -> u16 {
+        // No block is longer than a u16 counts.
+        let block = self.config.block_ticks as u16;
+        let end = (tick | (STRIP_TICKS - 1)).wrapping_add(1);
+        if N::EXACT || end == 0 || end > block { block } else { end }
+    }
+
+    /// Blocks to the first decision: whole hops, and a whole window.
+    fn first_hop(&self) -> u16 {
+        let (hop, window) = (self.config.hop_blocks, self.config.window_blocks);
+        if !O::Window::SLIDES || hop == 0 {
+            return window;
+        }
+        hop.saturating_mul(window.div_ceil(hop))
+    }
+
+    #[inline(never)]
+    fn close_block<'s>(&self, state: &'s mut State<N, S, O, C>) -> Option<&'s ReportOf<N, S, O, C>> {
+        let mut closed = S::Closed::filled(0.0);
+        let counts = self.close(state, &mut closed);
+        let place = self.config.window_blocks.wrapping_sub(state.blocks_to_hop);
+        state.window.close(&Self::LAYOUT, counts.then_some(&closed), place);
+        state.start_block();
+        state.blocks_to_hop = state.blocks_to_hop.wrapping_sub(1);
+        if state.blocks_to_hop > 0 {
+            return None;
+        }
+        state.blocks_to_hop = self.config.hop_blocks;
+        Some(self.decide(state))
+    }
+
+    /// The open block's sums and peaks, gaps made up; false if it has too few valid ticks.
+    #[inline(always)]
+    fn close(&self, state: &State<N, S, O, C>, into: &mut S::Closed) -> bool {
+        let whole = self.config.block_ticks;
+        let valid = whole.wrapping_sub(u32::from(state.left_out));
+        if state.left_out > 0 && !(O::GAPS && valid as f32 >= self.config.min_valid * whole as f32) {
+            return false;
+        }
+        let (sums, joined) = (state.sums.as_ref(), state.joined.as_ref());
+        let peaks = state.peaks.as_ref().iter().map(|peak| peak.to_f32());
+        let closed = sums.iter().zip(joined).map(|(sum, joined)| N::closed(joined, *sum));
+        into.as_mut().iter_mut().zip(closed.chain(peaks)).for_each(|(into, x)| *into = x);
+        for &(weighted, plain) in S::WEIGHTED {
+            let sums = sums.get(weighted).zip(sums.get(plain)).zip(joined.get(weighted));
+            if let Some((((weighted, plain), joined), into)) = sums.zip(into.as_mut().get_mut(weighted)) {
+                *into = N::closed_weighted(joined, *weighted, *plain, whole);
+            }
+        }
+        if O::GAPS && state.left_out > 0 || state.trace.unpaired() > 0 {
+            self.make_up(state, into, valid);
+        }
+        true
+    }
+
+    /// As if the ticks left out had shown the mean of the valid ones.
+    #[inline(never)]
+    fn make_up(&self, state: &State<N, S, O, C>, into: &mut S::Closed, valid: u32) {
+        let whole = self.config.block_ticks as f32;
+        let paired = valid.wrapping_sub(u32::from(state.trace.unpaired()));
+        let valid = valid as f32;
+        // Each tick left out gets the mean error at its own time: scaling the weighted sum would move it.
+        for &(weighted, plain) in S::WEIGHTED {
+            let left_out =
+                into.as_ref().get(plain).map_or(0.0, |plain| plain * state.trace.time_left_out() as f32);
+            if let Some(into) = into.as_mut().get_mut(weighted) {
+                *into += left_out / valid;
+            }
+        }
+        // As many pairs as ticks missing at random would leave; with fewer, differences stand for nothing.
+        let enough =
+            paired > 0 && paired as f32 >= self.config.min_valid * self.config.min_valid * whole - 1.0;
+        for (i, into) in into.as_mut().iter_mut().take(S::SUMS).enumerate() {
+            if i >= S::DIFFERENCES_FROM {
+                *into = if enough { *into * whole / paired as f32 } else { f32::NAN };
+            } else if !S::WEIGHTED.iter().any(|&(weighted, _)| weighted == i) {
+                *into = *into * whole / valid;
             }
         }
     }
 
-    /// Many ticks at once: the same, bit for bit, as one by one. Reads as many as the shortest slice has.
-    pub fn ticks(&mut self, r: &[N], y: &[N], u: &[N], mut each: impl FnMut(&Report<C>)) {
-        for ((&r, &y), &u) in r.iter().zip(y).zip(u) {
-            if let Some(report) = self.tick(r, y, u) {
-                each(&report);
+    /// The window's indices; `None` if it has too few valid blocks.
+    #[inline(always)]
+    fn indices(&self, total: &mut Total<S::Closed, S::Placed>) -> Option<S::Indices> {
+        let config = &self.config;
+        let (blocks, valid) = (f32::from(config.window_blocks), f32::from(total.valid));
+        let whole = total.valid == config.window_blocks;
+        if !(whole || O::GAPS && total.valid > 0 && valid >= config.min_valid * blocks) {
+            return None;
+        }
+        let block_ticks = config.block_ticks as f32;
+        let fill = if whole { 1.0 } else { blocks / valid };
+        total.weigh(&Self::LAYOUT, if whole { block_ticks } else { block_ticks / fill });
+        let by = Scale {
+            tick_s: config.sample_time_s,
+            y_unit: config.y_unit,
+            u_unit: config.u_unit,
+            per_tick: 1.0 / (valid * block_ticks),
+            fill,
+        };
+        Some(S::indices(&total.closed, &by))
+    }
+
+    /// Closes the window: judges it.
+    fn decide<'s>(&self, state: &'s mut State<N, S, O, C>) -> &'s ReportOf<N, S, O, C> {
+        let (config, report) = (&self.config, &mut state.report);
+        report.indices = S::NO_INDICES;
+        let judged = state.window.with_total(&Self::LAYOUT, config.window_blocks, |total| {
+            let indices = self.indices(total);
+            if let Some(indices) = indices {
+                report.indices = indices;
+            }
+            indices.is_some()
+        });
+        report.status = if judged { WindowStatus::Valid } else { WindowStatus::TooFewValid };
+        report.hop = report.hop.wrapping_add(1);
+        report.verdict = Verdict::Healthy;
+        if state.counted {
+            report.excluded = O::Excluded::NONE;
+        }
+        state.counted = true;
+        for ((state, channel), out) in
+            state.channels.iter_mut().zip(&config.channels).zip(&mut report.channels)
+        {
+            (out.x, out.value) = (f32::NAN, f32::NAN);
+            if judged {
+                (out.x, out.value) = S::coordinates(&report.indices, channel.kind);
+            }
+            state.judge(&config.decision, channel, out);
+            if out.verdict > report.verdict {
+                report.verdict = out.verdict;
             }
         }
+        report
+    }
+}
+
+impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
+    /// The last report; of a monitor that has not decided yet, one of nothing.
+    pub const fn report(&self) -> &ReportOf<N, S, O, C> {
+        &self.report
     }
 
     /// The most severe of the channels' courses now: `Healthy`, `Suspect` or `Drift`. That a deviation ended
@@ -180,238 +510,112 @@ impl<'c, N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'c, 
         self.channels.iter().map(|c| c.course.verdict()).max().unwrap_or(Verdict::Healthy)
     }
 
-    /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
-    pub fn restart_window(&mut self) {
-        self.ring = Vec::from_array([S::EMPTY; B]);
-        self.whole_run = 0;
-        self.start_block();
-        self.look_at = 1;
-        self.blocks_to_hop = Self::first_hop(self.config);
-        self.link = Link::None;
-        self.blank_ticks = 0;
-        self.excluded = Excluded::NONE;
-    }
-
-    /// Forgets alarms and courses, for a fault that was seen to; the window stays.
-    pub fn acknowledge(&mut self) {
-        for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
-            *state = ChannelState { detectors: channel.detectors.start(), course: Course::HEALTHY };
-        }
-    }
-
-    fn admit(&mut self, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
-        if !(r.admissible() && y.admissible() && u.admissible()) {
-            self.miss();
-            return Err(refusal(r, y, u));
-        }
-        let (link, mut r_before, mut y_before) = (self.link, self.r_before, self.trace.y_before());
-        (self.link, self.r_before) = (Link::Tick, r);
-        self.trace.remember(y);
-        if link == Link::None {
-            r_before = r;
-        }
-        if let Some(blanking) = &self.config.blanking {
-            if r.minus(r_before).magnitude() > blanking.reference_step {
-                self.blank_ticks = blanking.ticks;
-            }
-            if self.blank_ticks > 0 {
-                self.blank_ticks -= 1;
-                return Err(Exclusion::Blanked);
-            }
-        }
-        if self.config.saturation.as_ref().is_some_and(|s| u >= s.u_max || u <= s.u_min) {
-            return Err(Exclusion::Saturated);
-        }
-        if link != Link::Tick {
-            (r_before, y_before) = (r, y);
-            self.trace.unpair();
-        }
-        Ok(Step { r, y, u, r_before, y_before })
-    }
-
     /// A tick without a usable sample: time passes.
     fn miss(&mut self) {
         if self.link == Link::Tick {
             self.link = Link::Gap;
         }
-        self.blank_ticks = self.blank_ticks.saturating_sub(1);
+        self.blanking.set(self.blanking.ticks().saturating_sub(1));
     }
 
     fn leave_out(&mut self, why: Exclusion) {
-        self.excluded.count(why);
-        self.left_out += 1;
+        if self.counted {
+            self.report.excluded = O::Excluded::NONE;
+            self.counted = false;
+        }
+        self.report.excluded.count(why);
+        self.left_out = self.left_out.wrapping_add(1);
         self.trace.leave_out(self.tick_in_block);
-        S::pass(&mut self.strip);
-    }
-
-    /// To the next tick, which may begin a strip or a block.
-    fn advance(&mut self) -> Option<Report<C>> {
-        let end = Self::strip_end(self.config, self.tick_in_block);
-        self.tick_in_block += 1;
-        let ended = self.tick_in_block == end;
-        let closes = u32::from(self.tick_in_block) >= self.config.block_ticks;
-        if ended {
-            self.join_strip();
+        if N::EXACT {
+            // The running sums of the weighted ones go on.
+            for &(weighted, plain) in S::WEIGHTED {
+                if let Some(term) = self.sums.as_ref().get(plain).copied()
+                    && let Some(sum) = self.sums.as_mut().get_mut(weighted)
+                {
+                    N::add_sum(sum, term);
+                }
+            }
         }
-        if closes {
-            self.tick_in_block = 0;
-        }
-        let guarded = self.config.saturation.is_some() || self.config.blanking.is_some();
-        let usual = self.link == Link::Tick && !guarded;
-        self.look_at = self.tick_in_block + 1;
-        if usual {
-            self.look_at = Self::strip_end(self.config, self.tick_in_block);
-        }
-        if closes { self.close_block() } else { None }
-    }
-
-    /// Where a strip that begins at `tick`, or holds it, ends.
-    fn strip_end(config: &Config<N, C>, tick: u16) -> u16 {
-        let end = (u32::from(tick) | Self::strip_mask(config.block_ticks)) + 1;
-        end.min(config.block_ticks) as u16
-    }
-
-    /// Blocks to the first decision: whole hops, and a whole window.
-    fn first_hop(config: &Config<N, C>) -> u16 {
-        let (hop, window) = (config.hop_blocks.max(1), config.window_blocks);
-        hop.saturating_mul(window.div_ceil(hop))
     }
 
     fn join_strip(&mut self) {
-        if let Some(open) = self.ring.get_mut(usize::from(self.open)) {
-            S::join(open, &self.strip, u32::from(self.tick_in_block));
+        for (joined, sum) in self.joined.as_mut().iter_mut().zip(self.sums.as_mut()) {
+            N::join(joined, *sum);
+            *sum = N::NOTHING;
         }
-        self.strip = S::EMPTY;
     }
 
-    /// Whatever stood in the open block's place goes.
     fn start_block(&mut self) {
-        if let Some(open) = self.ring.get_mut(usize::from(self.open)) {
-            *open = S::EMPTY;
+        if N::EXACT {
+            self.sums = S::NO_SUMS;
         }
-        self.strip = S::EMPTY;
+        self.peaks = S::NO_PEAKS;
+        self.joined = S::NO_STRIPS;
         self.left_out = 0;
         self.trace.start_block();
-        self.tick_in_block = 0;
+    }
+}
+
+impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Monitor<N, S, O, C> {
+    /// A monitor that has seen nothing yet.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn new(config: Config<N, C>) -> Result<Self, ConfigError> {
+        N::plan(config).map(Plan::into_monitor)
     }
 
-    #[inline(never)]
-    fn close_block(&mut self) -> Option<Report<C>> {
-        self.whole_run = self.whole_run.saturating_add(1);
-        if self.left_out > 0 || self.trace.unpaired() > 0 {
-            self.make_up();
-        }
-        self.blocks_to_hop = self.blocks_to_hop.saturating_sub(1);
-        if self.blocks_to_hop > 0 {
-            self.open_next();
-            return None;
-        }
-        self.blocks_to_hop = self.config.hop_blocks;
-        self.decide()
+    /// The configuration that it was started with.
+    pub const fn config(&self) -> &Config<N, C> {
+        self.plan.config()
     }
 
-    fn open_next(&mut self) {
-        let next = self.open.wrapping_add(1);
-        self.open = if usize::from(next) < B { next } else { 0 };
-        self.start_block();
-    }
-    /// The open block as if it had no gaps; or leaves it out, if they are too many.
-    fn make_up(&mut self) {
-        let whole = self.config.block_ticks;
-        let valid = whole.saturating_sub(u32::from(self.left_out));
-        let paired = valid.saturating_sub(u32::from(self.trace.unpaired()));
-        let Some(open) = self.ring.get_mut(usize::from(self.open)) else { return };
-        if valid == whole || valid as f32 >= self.config.min_valid * whole as f32 {
-            let time_left_out = self.trace.time_left_out();
-            // As many pairs as ticks missing at random would leave.
-            let least_paired = (self.config.min_valid * self.config.min_valid * whole as f32) as u32;
-            let least_paired = if least_paired > 0 { least_paired } else { 1 };
-            let coverage = Coverage { whole, valid, paired, least_paired, time_left_out };
-            S::extrapolate(open, &coverage);
-        } else {
-            S::strike(open);
-            self.whole_run = 0;
-        }
+    /// What it remembers.
+    pub const fn state(&self) -> &State<N, S, O, C> {
+        &self.state
     }
 
-    /// Closes the window: judges it, and opens the next block.
-    #[inline(never)]
-    fn decide(&mut self) -> Option<Report<C>> {
-        let config = self.config;
-        let mut indices = Indices::NOT_KEPT;
-        let valid = self.window(&mut indices);
-        let mut channels = config.channels.each_ref().map(|channel| unjudged(channel.kind));
-        let (mut verdict, mut location) = (Verdict::Healthy, Location::Nowhere);
-        for ((state, channel), out) in self.channels.iter_mut().zip(&config.channels).zip(&mut channels) {
-            state.judge(&config.decision, channel, valid.then_some(&indices), out);
-            verdict = verdict.max(out.verdict);
-            location = location.with(out);
-        }
-        let (hop, excluded) = (self.hop, self.excluded);
-        self.open_next();
-        self.hop = hop.wrapping_add(1);
-        self.excluded = Excluded::NONE;
-        let status = if valid { WindowStatus::Valid } else { WindowStatus::TooFewValid };
-        // Put together only here: the pieces are short enough to be copied without a call.
-        Some(Report { hop, status, verdict, location, channels, indices, excluded })
-    }
-
-    /// The window's blocks, oldest first: two stretches of the ring.
-    fn window_blocks(&self) -> (&[S::Block], &[S::Block]) {
-        let (end, blocks) = (usize::from(self.open) + 1, usize::from(self.config.window_blocks));
-        let older = self.ring.get((B + end).saturating_sub(blocks)..).unwrap_or(&[]);
-        (older, self.ring.get(end.saturating_sub(blocks)..end).unwrap_or(&[]))
-    }
-
-    /// Adds the window up into `total`; false, and nothing done, with too few valid blocks.
+    /// As [`Plan::tick`].
     #[inline(always)]
-    fn window(&self, total: &mut Indices) -> bool {
-        let blocks = u32::from(self.config.window_blocks);
-        let (older, newer) = self.window_blocks();
-        // A block left out is taken as the mean of the valid ones at its own place: `fill` scales the sums, and
-        // for those that are weighted with time each valid block also stands at the places left out.
-        let (mut valid, mut places_left_out) = (blocks, 0);
-        if u32::from(self.whole_run) < blocks {
-            for (place, block) in older.iter().chain(newer).enumerate() {
-                if S::is_struck(block) {
-                    valid -= 1;
-                    places_left_out += place as u32;
-                }
-            }
-            if valid == 0 || (valid as f32) < self.config.min_valid * blocks as f32 {
-                return false;
-            }
-        }
-        S::begin(total);
-        let fill = blocks as f32 / valid as f32;
-        let block_ticks = self.config.block_ticks as f32;
-        let apart_ticks = block_ticks / fill;
-        let mut begins_at = apart_ticks * (places_left_out as f32 / valid as f32);
-        for part in [older, newer] {
-            for block in part {
-                if !S::is_struck(block) {
-                    S::fold(total, block, begins_at);
-                }
-                begins_at += apart_ticks;
+    pub fn tick(&mut self, r: N, y: N, u: N) -> Option<&ReportOf<N, S, O, C>> {
+        self.plan.tick(&mut self.state, r, y, u)
+    }
+
+    /// As [`Plan::tick_input`].
+    pub fn tick_input(&mut self, input: Input<N>) -> Option<&ReportOf<N, S, O, C>> {
+        self.plan.tick_input(&mut self.state, input)
+    }
+
+    /// Many ticks at once: the same, bit for bit, as one by one. Reads as many as the shortest slice has.
+    pub fn ticks(&mut self, r: &[N], y: &[N], u: &[N], mut each: impl FnMut(&ReportOf<N, S, O, C>)) {
+        for ((&r, &y), &u) in r.iter().zip(y).zip(u) {
+            if let Some(report) = self.tick(r, y, u) {
+                each(report);
             }
         }
-        let by = Scale {
-            tick_s: self.config.sample_time_s,
-            y_unit: self.config.y_unit,
-            u_unit: self.config.u_unit,
-            per_tick: 1.0 / (valid as f32 * block_ticks),
-            fill,
-        };
-        S::scale(total, &by);
-        true
+    }
+
+    /// As [`State::verdict`].
+    pub fn verdict(&self) -> Verdict {
+        self.state.verdict()
+    }
+
+    /// As [`Plan::restart_window`].
+    pub fn restart_window(&mut self) {
+        self.plan.restart_window(&mut self.state);
+    }
+
+    /// As [`Plan::acknowledge`].
+    pub fn acknowledge(&mut self) {
+        self.plan.acknowledge(&mut self.state);
     }
 }
 
 #[cfg(feature = "defmt")]
-impl<N: Number, S: IndexSet<N>, const B: usize, const C: usize> defmt::Format for Monitor<'_, N, S, B, C> {
+impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> defmt::Format for State<N, S, O, C> {
     /// Where it stands; the sums are no reading for a log.
     fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "Monitor {{ hop: {}, verdict: {} }}", self.hop, self.verdict());
+        defmt::write!(f, "State {{ hop: {}, verdict: {} }}", self.report.hop, self.verdict());
     }
 }
 

@@ -1,18 +1,29 @@
 //! The two kinds of sample numbers: `f32` in engineering units, `i32` in converter counts.
 //!
-//! Sums of `f32` are `f32` (their rounding is bounded by strips and the block ring, see [`crate::Monitor`]); sums of counts are `i64` and
-//! exact. On cores without an FPU the second costs 6 to 20 times fewer instructions per tick.
+//! Sums of `f32` are `f32` (their rounding is bounded by strips that are joined with a carry, see
+//! [`crate::Monitor`]); sums of counts are `i64` and exact. On cores without an FPU the second costs 6 to 20 times
+//! fewer instructions per tick.
 
+use crate::config::{Config, ConfigError};
+use crate::index_set::IndexSet;
+use crate::monitor::Plan;
+use crate::options::Options;
 use crate::store::{Reader, Writer};
 
 /// A sample's number. Sealed: implemented for `f32` and `i32`.
 pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'static {
     /// What sums of it are kept in.
     type Sum: Copy + core::fmt::Debug + PartialEq;
+    /// What the strips of a block are joined in; empty where sums are exact.
+    type Joined: Copy + core::fmt::Debug + PartialEq;
     /// The empty sum.
     const NOTHING: Self::Sum;
-    /// A sum that no sum of squares is.
-    const STRUCK: Self::Sum;
+    /// No strip yet.
+    const NOTHING_JOINED: Self::Joined;
+    /// Saved bytes of a sum.
+    const SUM_BYTES: usize;
+    /// Saved bytes of a joined sum.
+    const JOINED_BYTES: usize;
     /// Zero.
     const ZERO: Self;
     /// Largest admissible magnitude of r, y and u: beyond it a window's sum could overflow.
@@ -20,23 +31,37 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     const LIMIT: Self;
     /// Ticks that a block may hold when it sums `t*e^2`, the index that grows fastest.
     const MAX_BLOCK_TICKS_WEIGHTED: u32;
+    /// Below every admissible number.
+    const LOWEST: Self;
+    /// Above every admissible number.
+    const HIGHEST: Self;
     /// Sums do not round: strips would buy nothing.
     const EXACT: bool;
     /// Marks the number's type in saved state.
     const TAG: u8;
+
+    /// [`Plan::new`] where the number is not known: not `const`.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    fn plan<S: IndexSet<Self>, O: Options, const C: usize>(
+        config: Config<Self, C>,
+    ) -> Result<Plan<Self, S, O, C>, ConfigError>;
 
     /// Finite and within [`Number::LIMIT`].
     fn admissible(self) -> bool;
     /// True only if all three are admissible; may be false for admissible ones close to the limit. The tick path
     /// asks this first.
     fn surely_admissible(r: Self, y: Self, u: Self) -> bool;
-    /// Where sums are exact: from the sum of a stretch and the sum of its running sums to the sum weighted with time,
-    /// for a stretch that ends before tick `end`.
-    fn weigh(sum: Self::Sum, running: Self::Sum, end: u32) -> Self::Sum;
     /// `sum += term`.
     fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
-    /// Below zero.
-    fn is_negative(sum: Self::Sum) -> bool;
+    /// Adds a strip to the block; nothing to do where sums are exact.
+    fn join(joined: &mut Self::Joined, strip: Self::Sum);
+    /// The block's sum, whose strips are all joined.
+    fn closed(joined: &Self::Joined, sum: Self::Sum) -> f32;
+    /// The same of a sum weighted with time. Where sums are exact `weighted` is the sum of the running sums of `plain`
+    /// after each of the block's `ticks`.
+    fn closed_weighted(joined: &Self::Joined, weighted: Self::Sum, plain: Self::Sum, ticks: u32) -> f32;
     /// NaN or infinite; never for counts.
     fn non_finite(self) -> bool;
     /// `self - other`; exact for admissible counts.
@@ -53,12 +78,6 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn add_weighted(self, weight: u32, sum: &mut Self::Sum);
     /// `sum += weight*self^2`.
     fn add_weighted_square(self, weight: u32, sum: &mut Self::Sum);
-    /// `a + b`.
-    fn join(a: Self::Sum, b: Self::Sum) -> Self::Sum;
-    /// `sum*whole/part`: what the sum would be, had all of a block's ticks been valid.
-    fn extrapolate(sum: Self::Sum, part: u32, whole: u32) -> Self::Sum;
-    /// The sum as `f32`, to be scaled at the hop.
-    fn sum_to_f32(sum: Self::Sum) -> f32;
     /// The number as `f32`.
     fn to_f32(self) -> f32;
     /// The number's 32 bits.
@@ -69,6 +88,17 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn write_sum(sum: Self::Sum, to: &mut Writer<'_>);
     /// Restores a sum; `None` past the end, or if it is not finite.
     fn read_sum(from: &mut Reader<'_>) -> Option<Self::Sum>;
+    /// Saves a joined sum.
+    fn write_joined(joined: &Self::Joined, to: &mut Writer<'_>);
+    /// Restores a joined sum; `None` past the end, or if it is not finite.
+    fn read_joined(from: &mut Reader<'_>) -> Option<Self::Joined>;
+}
+
+/// A sum of strips and what its last additions rounded away (Kahan 1965).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Carried {
+    sum: f32,
+    carry: f32,
 }
 
 mod sealed {
@@ -83,14 +113,25 @@ pub(crate) const SOFT_FLOAT: bool =
 
 impl Number for f32 {
     type Sum = f32;
+    type Joined = Carried;
     const NOTHING: f32 = 0.0;
-    const STRUCK: f32 = -1.0;
+    const NOTHING_JOINED: Carried = Carried { sum: 0.0, carry: 0.0 };
+    const SUM_BYTES: usize = 4;
+    const JOINED_BYTES: usize = 8;
     const ZERO: f32 = 0.0;
     // |e| <= 2e12, and the sum of t*e^2 over the longest window of 64*65535 ticks stays below 4e37.
     const LIMIT: f32 = 1e12;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = u16::MAX as u32;
+    const LOWEST: f32 = f32::NEG_INFINITY;
+    const HIGHEST: f32 = f32::INFINITY;
     const EXACT: bool = false;
     const TAG: u8 = 1;
+
+    fn plan<S: IndexSet<Self>, O: Options, const C: usize>(
+        config: Config<Self, C>,
+    ) -> Result<Plan<Self, S, O, C>, ConfigError> {
+        Plan::<f32, S, O, C>::new(config)
+    }
 
     #[inline(always)]
     fn admissible(self) -> bool {
@@ -108,16 +149,24 @@ impl Number for f32 {
             r.abs() + y.abs() + u.abs() <= Self::LIMIT
         }
     }
-    fn weigh(_: f32, weighted: f32, _: u32) -> f32 {
-        weighted
-    }
     #[inline(always)]
     fn add_sum(sum: &mut f32, term: f32) {
         *sum += term;
     }
     #[inline]
-    fn is_negative(sum: f32) -> bool {
-        sum.is_sign_negative()
+    fn join(joined: &mut Carried, strip: f32) {
+        let term = strip - joined.carry;
+        let sum = joined.sum + term;
+        joined.carry = (sum - joined.sum) - term;
+        joined.sum = sum;
+    }
+    #[inline]
+    fn closed(joined: &Carried, _: f32) -> f32 {
+        joined.sum
+    }
+    #[inline]
+    fn closed_weighted(joined: &Carried, _: f32, _: f32, _: u32) -> f32 {
+        joined.sum
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -158,18 +207,6 @@ impl Number for f32 {
         *sum += weight as f32 * (self * self);
     }
     #[inline]
-    fn join(a: f32, b: f32) -> f32 {
-        a + b
-    }
-    #[inline]
-    fn extrapolate(sum: f32, part: u32, whole: u32) -> f32 {
-        sum * (whole as f32 / part.max(1) as f32)
-    }
-    #[inline]
-    fn sum_to_f32(sum: f32) -> f32 {
-        sum
-    }
-    #[inline]
     fn to_f32(self) -> f32 {
         self
     }
@@ -185,18 +222,36 @@ impl Number for f32 {
     fn read_sum(from: &mut Reader<'_>) -> Option<f32> {
         from.f32()
     }
+    fn write_joined(joined: &Carried, to: &mut Writer<'_>) {
+        to.f32(joined.sum);
+        to.f32(joined.carry);
+    }
+    fn read_joined(from: &mut Reader<'_>) -> Option<Carried> {
+        Some(Carried { sum: from.f32()?, carry: from.f32()? })
+    }
 }
 
 impl Number for i32 {
     type Sum = i64;
+    type Joined = ();
     const NOTHING: i64 = 0;
-    const STRUCK: i64 = -1;
+    const NOTHING_JOINED: () = ();
+    const SUM_BYTES: usize = 8;
+    const JOINED_BYTES: usize = 0;
     const ZERO: i32 = 0;
     // |e| < 2^21, e^2 < 2^42, and the sum of j*e^2 over j < 2048 stays below 2^63.
     const LIMIT: i32 = (1 << 20) - 1;
     const MAX_BLOCK_TICKS_WEIGHTED: u32 = 2048;
+    const LOWEST: i32 = i32::MIN;
+    const HIGHEST: i32 = i32::MAX;
     const EXACT: bool = true;
     const TAG: u8 = 2;
+
+    fn plan<S: IndexSet<Self>, O: Options, const C: usize>(
+        config: Config<Self, C>,
+    ) -> Result<Plan<Self, S, O, C>, ConfigError> {
+        Plan::<i32, S, O, C>::new(config)
+    }
 
     #[inline(always)]
     fn admissible(self) -> bool {
@@ -207,17 +262,20 @@ impl Number for i32 {
     fn surely_admissible(r: i32, y: i32, u: i32) -> bool {
         r.admissible() && y.admissible() && u.admissible()
     }
-    fn weigh(sum: i64, running: i64, end: u32) -> i64 {
-        // Whatever wraps in between, the result is exact: it fits.
-        sum.wrapping_mul(i64::from(end)).wrapping_sub(running)
-    }
     #[inline(always)]
     fn add_sum(sum: &mut i64, term: i64) {
         *sum = sum.wrapping_add(term);
     }
+    #[inline(always)]
+    fn join((): &mut (), _: i64) {}
     #[inline]
-    fn is_negative(sum: i64) -> bool {
-        sum < 0
+    fn closed((): &(), sum: i64) -> f32 {
+        sum as f32
+    }
+    #[inline]
+    fn closed_weighted((): &(), weighted: i64, plain: i64, ticks: u32) -> f32 {
+        // Whatever wraps in between, the result is exact: it fits.
+        plain.wrapping_mul(i64::from(ticks)).wrapping_sub(weighted) as f32
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -241,28 +299,16 @@ impl Number for i32 {
     }
     #[inline(always)]
     fn add_square(self, sum: &mut i64) {
-        *sum = sum.wrapping_add(i64::from(self) * i64::from(self));
+        *sum = sum.wrapping_add(i64::from(self).wrapping_mul(i64::from(self)));
     }
     #[inline(always)]
     fn add_weighted(self, weight: u32, sum: &mut i64) {
-        *sum = sum.wrapping_add(i64::from(self) * i64::from(weight));
+        *sum = sum.wrapping_add(i64::from(self).wrapping_mul(i64::from(weight)));
     }
     #[inline(always)]
     fn add_weighted_square(self, weight: u32, sum: &mut i64) {
-        *sum = sum.wrapping_add((i64::from(self) * i64::from(self)).wrapping_mul(i64::from(weight)));
-    }
-    #[inline]
-    fn join(a: i64, b: i64) -> i64 {
-        a.saturating_add(b)
-    }
-    fn extrapolate(sum: i64, part: u32, whole: u32) -> i64 {
-        let (part, whole) = (i64::from(part.max(1)), i64::from(whole));
-        // Whole part and remainder apart: the product of the sum itself could overflow.
-        (sum / part).saturating_mul(whole).saturating_add(sum % part * whole / part)
-    }
-    #[inline]
-    fn sum_to_f32(sum: i64) -> f32 {
-        sum as f32
+        *sum =
+            sum.wrapping_add(i64::from(self).wrapping_mul(i64::from(self)).wrapping_mul(i64::from(weight)));
     }
     #[inline]
     fn to_f32(self) -> f32 {
@@ -279,6 +325,10 @@ impl Number for i32 {
     }
     fn read_sum(from: &mut Reader<'_>) -> Option<i64> {
         from.u64().map(|word| word as i64)
+    }
+    fn write_joined((): &(), _: &mut Writer<'_>) {}
+    fn read_joined(_: &mut Reader<'_>) -> Option<()> {
+        Some(())
     }
 }
 
@@ -315,11 +365,5 @@ mod tests {
         }
         let exact: i128 = (0..2048i128).map(|j| j * i128::from(e) * i128::from(e)).sum();
         assert_eq!(i128::from(sum), exact);
-    }
-
-    #[test]
-    fn extrapolated_counts_are_exact_where_they_divide() {
-        assert_eq!(<i32 as Number>::extrapolate(900, 3, 10), 3000);
-        assert_eq!(<i32 as Number>::extrapolate(-7, 2, 4), -14);
     }
 }

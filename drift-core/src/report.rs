@@ -2,6 +2,7 @@
 
 use crate::channel::{ChannelKind, ChannelReport};
 use crate::course::Verdict;
+use crate::detector::Side;
 use crate::index::Indices;
 use crate::sample::Excluded;
 
@@ -37,11 +38,11 @@ pub enum Location {
 
 impl Location {
     /// With what a further channel says.
-    pub(crate) fn with(self, channel: &ChannelReport) -> Self {
-        if channel.side.is_none() {
+    fn with(self, kind: ChannelKind, side: Option<Side>) -> Self {
+        if side.is_none() {
             return self;
         }
-        let here = match channel.kind {
+        let here = match kind {
             ChannelKind::EnergyError(_) => Self::Tracking,
             ChannelKind::Effort => Self::OperatingPoint,
             ChannelKind::MotionEffort => Self::Friction,
@@ -55,32 +56,42 @@ impl Location {
     }
 }
 
-/// What one decision says: the window's indices, the channels that judge them, and what they amount to.
+/// What one decision says: the window's indices, the channels that judge them, and what they amount to. `I`: what the
+/// index set keeps; `X`: how ticks left out are counted; `K`: what a channel reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Report<const C: usize> {
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(bound(serialize = "I: serde::Serialize, X: serde::Serialize, K: serde::Serialize"))
+)]
+pub struct Report<const C: usize, I = Indices, X = Excluded, K = ChannelReport> {
     /// Decisions before this one; wraps at 2^32.
     pub hop: u32,
     /// Whether the window could be judged.
     pub status: WindowStatus,
     /// The most severe verdict among the channels.
     pub verdict: Verdict,
-    /// Where the deviation seems to be.
-    pub location: Location,
-    /// The window's indices, in the loop's units; NaN where the set does not keep them or too few ticks were valid.
-    pub indices: Indices,
-    /// Ticks left out since the last decision, by reason.
-    pub excluded: Excluded,
+    /// The window's indices, in the loop's units; NaN where too few ticks were valid.
+    pub indices: I,
+    /// Ticks left out since the last decision.
+    pub excluded: X,
     /// The channels, in the configuration's order.
     #[cfg_attr(feature = "serde", serde(serialize_with = "serialize_channels"))]
-    pub channels: [ChannelReport; C],
+    pub channels: [K; C],
+}
+
+impl<const C: usize, I, X, D, F> Report<C, I, X, ChannelReport<D, F>> {
+    /// Where the deviation seems to be.
+    pub fn location(&self) -> Location {
+        self.channels.iter().fold(Location::Nowhere, |location, c| location.with(c.kind, c.side))
+    }
 }
 
 /// serde knows arrays of fixed lengths only, not of a generic one.
 #[cfg(feature = "serde")]
-fn serialize_channels<S: serde::Serializer, const C: usize>(
-    channels: &[ChannelReport; C],
+fn serialize_channels<S: serde::Serializer, K: serde::Serialize, const C: usize>(
+    channels: &[K; C],
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(channels.iter())

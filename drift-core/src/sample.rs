@@ -1,5 +1,7 @@
 //! What a tick can bring besides a valid sample. Only valid samples enter a sum; the others are counted.
 
+use crate::store::{Reader, Writer};
+
 /// What one tick brings: a sample, or why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -62,7 +64,37 @@ impl Excluded {
     pub const NONE: Self =
         Self { missing: 0, non_finite: 0, out_of_range: 0, saturated: 0, manual: 0, blanked: 0 };
 
-    pub(crate) fn count(&mut self, why: Exclusion) {
+    /// Ticks left out, whatever the reason.
+    pub fn total(&self) -> u32 {
+        [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
+            .iter()
+            .map(|&n| u32::from(n))
+            .sum()
+    }
+
+    const fn as_array(&self) -> [u16; 6] {
+        [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
+    }
+}
+
+/// How ticks that are left out are counted, as a type: [`Excluded`] or [`TotalExcluded`].
+pub trait Exclusions: Copy + core::fmt::Debug + PartialEq + 'static {
+    /// Nothing left out.
+    const NONE: Self;
+    /// Saved bytes.
+    const BYTES: usize;
+    /// One more, for this reason; saturating.
+    fn count(&mut self, why: Exclusion);
+    /// Saves.
+    fn write(&self, to: &mut Writer<'_>);
+    /// Restores.
+    fn read(from: &mut Reader<'_>) -> Option<Self>;
+}
+
+impl Exclusions for Excluded {
+    const NONE: Self = Self::NONE;
+    const BYTES: usize = 12;
+    fn count(&mut self, why: Exclusion) {
         let counter = match why {
             Exclusion::Missing => &mut self.missing,
             Exclusion::NonFinite => &mut self.non_finite,
@@ -73,21 +105,40 @@ impl Excluded {
         };
         *counter = counter.saturating_add(1);
     }
-
-    /// Ticks left out, whatever the reason.
-    pub fn total(&self) -> u32 {
-        [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
-            .iter()
-            .map(|&n| u32::from(n))
-            .sum()
+    fn write(&self, to: &mut Writer<'_>) {
+        self.as_array().into_iter().for_each(|n| to.u16(n));
     }
-
-    pub(crate) const fn as_array(&self) -> [u16; 6] {
-        [self.missing, self.non_finite, self.out_of_range, self.saturated, self.manual, self.blanked]
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self {
+            missing: from.u16()?,
+            non_finite: from.u16()?,
+            out_of_range: from.u16()?,
+            saturated: from.u16()?,
+            manual: from.u16()?,
+            blanked: from.u16()?,
+        })
     }
+}
 
-    pub(crate) const fn from_array(a: [u16; 6]) -> Self {
-        let [missing, non_finite, out_of_range, saturated, manual, blanked] = a;
-        Self { missing, non_finite, out_of_range, saturated, manual, blanked }
+/// Ticks left out since the last hop, whatever the reason; saturating.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TotalExcluded {
+    /// Ticks.
+    pub ticks: u16,
+}
+
+impl Exclusions for TotalExcluded {
+    const NONE: Self = Self { ticks: 0 };
+    const BYTES: usize = 2;
+    fn count(&mut self, _: Exclusion) {
+        self.ticks = self.ticks.saturating_add(1);
+    }
+    fn write(&self, to: &mut Writer<'_>) {
+        to.u16(self.ticks);
+    }
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self { ticks: from.u16()? })
     }
 }

@@ -1,7 +1,7 @@
 //! Saved state as bytes: little-endian words behind a header, closed by a checksum. A torn, damaged or foreign
 //! blob is refused as a whole.
 //!
-//! Layout (version 2): `DRFT`, version u16, number tag u8, set tag u8, capacity u16, channels u16, configuration
+//! Layout (version 3): `DRFT`, version u16, number tag u8, set tag u8, capacity u16, channels u16, configuration
 //! fingerprint u32, payload length u32, payload, CRC-32 (ISO-HDLC) of all before it.
 
 use crc::{Crc, NoTable};
@@ -10,7 +10,7 @@ use crc::{Crc, NoTable};
 const CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&crc::CRC_32_ISO_HDLC);
 const MAGIC: [u8; 4] = *b"DRFT";
 /// The layout's version; it changes whenever the bytes do, apart from the crate's own.
-pub const STATE_VERSION: u16 = 2;
+pub const STATE_VERSION: u16 = 3;
 pub(crate) const HEADER_BYTES: usize = 20;
 pub(crate) const CHECKSUM_BYTES: usize = 4;
 
@@ -53,6 +53,9 @@ impl core::fmt::Display for StateError {
 
 impl core::error::Error for StateError {}
 
+/// The quiet NaN.
+const UNKNOWN: u32 = 0x7fc0_0000;
+
 /// What the state belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Owner {
@@ -82,7 +85,7 @@ impl<'a> Writer<'a> {
                 for (to, from) in place.iter_mut().zip(bytes) {
                     *to = *from;
                 }
-                self.at += bytes.len();
+                self.at = self.at.wrapping_add(bytes.len());
             }
             None => self.full = true,
         }
@@ -101,6 +104,10 @@ impl<'a> Writer<'a> {
     }
     pub(crate) fn f32(&mut self, value: f32) {
         self.u32(value.to_bits());
+    }
+    /// A number that is NaN where it is not known: one pattern for all of them.
+    pub(crate) fn f32_or_nan(&mut self, value: f32) {
+        self.u32(if value.is_nan() { UNKNOWN } else { value.to_bits() });
     }
 
     /// Header, payload and checksum; the bytes used.
@@ -156,9 +163,15 @@ impl<'a> Reader<'a> {
     pub(crate) fn u64(&mut self) -> Option<u64> {
         self.take().map(u64::from_le_bytes)
     }
-    /// A finite number: nothing else is ever saved.
+    /// A finite number.
     pub(crate) fn f32(&mut self) -> Option<f32> {
         self.u32().map(f32::from_bits).filter(|x| x.is_finite())
+    }
+    /// A finite number, or the one NaN that stands for what is not known.
+    pub(crate) fn f32_or_nan(&mut self) -> Option<f32> {
+        let word = self.u32()?;
+        let value = f32::from_bits(word);
+        (value.is_finite() || word == UNKNOWN).then_some(value)
     }
     pub(crate) fn is_empty(&self) -> bool {
         self.bytes.is_empty()
@@ -178,7 +191,7 @@ impl<'a> Reader<'a> {
         let payload = header.bytes.get(..length).ok_or(StateError::Torn)?;
         let mut tail = Reader { bytes: header.bytes.get(length..).unwrap_or(&[]) };
         let checksum = tail.u32().ok_or(StateError::Torn)?;
-        let covered = bytes.get(..HEADER_BYTES + length).ok_or(StateError::Torn)?;
+        let covered = bytes.get(..HEADER_BYTES.wrapping_add(length)).ok_or(StateError::Torn)?;
         if CRC32.checksum(covered) != checksum {
             return Err(StateError::Checksum);
         }

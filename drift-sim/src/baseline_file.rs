@@ -13,7 +13,8 @@ use std::fs;
 use std::path::Path;
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Config, Decision, Detectors, Full, Index, Monitor, Saturation,
+    Baseline, Blanking, Channel, ChannelKind, Config, Decision, Detectors, Everything, Full, Index, Memory,
+    Monitor, Plan, Saturation,
 };
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +25,9 @@ pub const SCHEMA: &str = "drift.baseline/1";
 /// Most blocks per window of the host's monitor.
 pub const CAPACITY: usize = 64;
 /// The host's monitor: every index, [`CAPACITY`] blocks, three channels.
-pub type HostMonitor<'c> = Monitor<'c, f32, Full, CAPACITY, 3>;
+pub type HostMonitor = Monitor<f32, Full, Everything<CAPACITY>, 3>;
+/// What the host's monitor is made of, for any number of channels.
+type HostPlan<const C: usize> = Plan<f32, Full, Everything<CAPACITY>, C>;
 
 /// A baseline file's content; checked, so that [`BaselineFile::config`] is accepted by a monitor.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,6 +185,8 @@ struct ChannelTable {
     index: Option<Index>,
     baseline: Option<Baseline>,
     #[serde(default)]
+    memory: Memory,
+    #[serde(default)]
     detectors: Detectors,
     statistics: Option<Statistics>,
 }
@@ -225,7 +230,7 @@ impl BaselineFile {
     /// A value is impossible: only for content that was not read from a file.
     pub fn config(&self) -> Result<Config<f32, 3>> {
         let config = self.config_of(self.channels.map(|c| c.channel));
-        config.validate::<Full>(CAPACITY).map_err(|e| Error::new(e.to_string()))?;
+        HostPlan::new(config).map_err(|e| Error::new(e.to_string()))?;
         Ok(config)
     }
 
@@ -284,16 +289,17 @@ fn parse(text: &str) -> Result<BaselineFile> {
         channels,
     };
     // What is wrong without any channel is wrong in the first tables.
-    file.config_of([]).validate::<Full>(CAPACITY).map_err(|e| {
+    HostPlan::new(file.config_of([])).map_err(|e| {
         let message = e.to_string();
         let line = KEYS.iter().find(|k| message.contains(*k)).map(|k| line_of_key(text, 0, k));
         let error = Error::new(message);
         line.map_or(error.clone(), |line| error.at_line(line))
     })?;
     for (entry, table) in file.channels.iter().zip(document.channels.get_ref()) {
-        file.config_of([entry.channel]).validate::<Full>(CAPACITY).map_err(|e| {
+        HostPlan::new(file.config_of([entry.channel])).map_err(|e| {
             let message = e.to_string();
-            let key = if message.contains("detectors") { "detectors" } else { "baseline" };
+            let key =
+                ["detectors", "memory"].into_iter().find(|key| message.contains(key)).unwrap_or("baseline");
             let line = line_of_key(text, table.span().start, key);
             Error::new(format!("channel {}: {message}", entry.channel.kind.name()))
                 .allowed("finite numbers, sigma >= 0, x_min <= x_max, thresholds beyond 0 on their side")
@@ -418,8 +424,8 @@ fn read_channel(text: &str, table: &toml::Spanned<ChannelTable>) -> Result<Chann
                 .at_line(line_of_key(text, start, "n")));
         }
     }
-    let channel =
-        Channel { kind, baseline: table.baseline.unwrap_or(Baseline::UNLEARNED), detectors: table.detectors };
+    let baseline = table.baseline.unwrap_or(Baseline::UNLEARNED);
+    let channel = Channel { memory: table.memory, ..Channel::new(kind, baseline, table.detectors) };
     Ok(ChannelEntry { channel, statistics: table.statistics })
 }
 

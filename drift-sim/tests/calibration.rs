@@ -45,7 +45,7 @@ fn one_thread_or_three_give_the_same_bytes_and_a_monitor_takes_them() {
     let file = BaselineFile::parse(&text, "b.toml").unwrap();
     assert!(file.channels.iter().all(|c| c.learned()));
     assert_eq!(file.calibration.windows, 60);
-    HostMonitor::new(&file.config().unwrap()).unwrap();
+    HostMonitor::new(file.config().unwrap()).unwrap();
 }
 
 #[test]

@@ -4,7 +4,9 @@
 //! chosen on. `SPEED` is a fourth loop that nothing was chosen on.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use drift_core::{Channel, ChannelKind, Config, CusumState, Index};
+use drift_core::{
+    Channel, ChannelKind, Config, CusumState, Detector, DetectorState, Index, MemoryKind, Remembering,
+};
 use drift_sim::baseline_file::{BaselineFile, HostMonitor, Timing};
 use drift_sim::calibrate::{Calibration, Effort, Options, WindowRow, calibrate_windows};
 use drift_sim::control_loop::Loop;
@@ -198,9 +200,10 @@ impl Case {
             let timing = self.timing();
             let config =
                 Config::new(timing.sample_time_s, timing.block_ticks, 15, kinds.map(Channel::unlearned));
-            let mut monitor = HostMonitor::new(&config).unwrap();
+            let mut monitor = HostMonitor::new(config).unwrap();
             let samples = run.r.iter().zip(&run.y).zip(&run.u);
-            let reports = samples.filter_map(|((&r, &y), &u)| monitor.tick(r as f32, y as f32, u as f32));
+            let reports =
+                samples.filter_map(|((&r, &y), &u)| monitor.tick(r as f32, y as f32, u as f32).copied());
             reports.map(|report| report.channels.each_ref().map(|c| (c.x, c.value))).collect()
         };
         (0..stretches).into_par_iter().map(stretch).collect()
@@ -213,11 +216,16 @@ fn realised(pool: &[Vec<Window>], file: &BaselineFile) -> (f64, usize) {
     let mut alarms = 0;
     for stretch in pool {
         let mut states = [CusumState::ZERO; 3];
+        let mut memories = [Remembering::START; 3];
         for window in stretch {
             let mut any = false;
-            for ((channel, (x, value)), state) in channels.iter().zip(window).zip(&mut states) {
+            let each = channels.iter().zip(window).zip(&mut states).zip(&mut memories);
+            for (((channel, (x, value)), state), memory) in each {
                 let baseline = &channel.baseline;
-                let z = baseline.standardise(*x, baseline.residual(*x, *value));
+                let carried = Remembering::carried(&channel.memory, memory);
+                Remembering::remember(memory, *x, *value);
+                let Some(carried) = carried else { continue };
+                let z = baseline.standardise(*x, baseline.residual(*x, *value - carried));
                 any |= channel.detectors.shewhart.unwrap().check(z).is_some();
                 any |= channel.detectors.cusum.unwrap().update(state, z).is_some();
             }

@@ -16,15 +16,14 @@ use drift_sim::recording::{ReadOptions, RecordingStream};
 /// 0.1 s per tick, windows of 50 ticks (5 s), one decision per window; u = 2 with a standard deviation of 0.02 per
 /// window mean.
 fn config(confirm_hops: u16) -> Config<f32, 3> {
-    let detectors =
-        Detectors { shewhart: Some(Shewhart::symmetric(4.0)), cusum: Some(Cusum::new(0.5, 8.0)), sprt: None };
+    let detectors = Detectors {
+        shewhart: Some(Shewhart::symmetric(4.0)),
+        cusum: Some(Cusum::new(0.5, 8.0)),
+        ..Detectors::NONE
+    };
     let channels = [
-        Channel {
-            kind: ChannelKind::EnergyError(Index::Iae),
-            baseline: Baseline::known(0.0, 0.0, 1.0),
-            detectors,
-        },
-        Channel { kind: ChannelKind::Effort, baseline: Baseline::known(2.0, 0.0, 0.02), detectors },
+        Channel::new(ChannelKind::EnergyError(Index::Iae), Baseline::known(0.0, 0.0, 1.0), detectors),
+        Channel::new(ChannelKind::Effort, Baseline::known(2.0, 0.0, 0.02), detectors),
         Channel::unlearned(ChannelKind::Activity),
     ];
     Config::new(0.1, 10, 5, channels).with_decision(Decision { confirm_hops, ..Decision::DEFAULT })
@@ -174,7 +173,7 @@ fn reports_are_the_cores_own() {
         RecordingStream::from_reader("loop.csv", Cursor::new(csv.clone()), &ReadOptions::default()).unwrap();
     let mut json = Vec::new();
     watch(&mut stream, &config, Outputs { json: Some(&mut json), ..Outputs::default() }).unwrap();
-    let mut monitor = HostMonitor::new(&config).unwrap();
+    let mut monitor = HostMonitor::new(config).unwrap();
     let mut lines = std::str::from_utf8(&json).unwrap().lines();
     let mut decisions = 0;
     for (i, row) in csv.lines().skip(1).enumerate() {

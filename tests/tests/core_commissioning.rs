@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 const KIND: ChannelKind = ChannelKind::EnergyError(Index::Iae);
 /// One tick is one window: x = u^2, value = |e|.
-static CONFIG: Config<f32, 1> = Config::new(1.0, 1, 1, [Channel::unlearned(KIND)]);
+const CONFIG: Config<f32, 1> = Config::new(1.0, 1, 1, [Channel::unlearned(KIND)]);
 
 /// b0, b1 and residual standard deviation by the closed form, in f64.
 fn least_squares(points: &[(f32, f32)]) -> (f64, f64, f64) {
@@ -26,14 +26,14 @@ fn least_squares(points: &[(f32, f32)]) -> (f64, f64, f64) {
 
 /// Learns from `windows` windows on the line 2 + 0.5 x with this scatter; what was learnt, and the points.
 fn learn(windows: usize, sigma: f32, seed: u64) -> (Commissioning<1>, Vec<(f32, f32)>) {
-    let mut monitor = PairMonitor::<f32, Iae, 1>::new(&CONFIG).unwrap();
+    let mut monitor = PairMonitor::<f32, Iae, 1>::new(CONFIG).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut learning = Commissioning::<1>::new();
     let mut points = Vec::new();
     for _ in 0..windows {
         let x: f32 = rng.random_range(4.0..16.0);
         let noise: f32 = StandardNormal.sample(&mut rng);
-        let report = monitor.tick(2.0 + 0.5 * x + sigma * noise, 0.0, x.sqrt()).unwrap();
+        let report = *monitor.tick(2.0 + 0.5 * x + sigma * noise, 0.0, x.sqrt()).unwrap();
         points.push((report.channels[0].x, report.channels[0].value));
         learning.learn(&report);
     }
@@ -97,10 +97,10 @@ fn too_few_windows_give_no_baseline() {
 /// Windows that could not be judged teach nothing.
 #[test]
 fn windows_without_enough_samples_are_passed_over() {
-    let mut monitor = PairMonitor::<f32, Iae, 1>::new(&CONFIG).unwrap();
+    let mut monitor = PairMonitor::<f32, Iae, 1>::new(CONFIG).unwrap();
     let mut learning = Commissioning::<1>::new();
     for _ in 0..100 {
-        learning.learn(&monitor.tick(f32::NAN, 0.0, 0.0).unwrap());
+        learning.learn(monitor.tick(f32::NAN, 0.0, 0.0).unwrap());
     }
     assert_eq!(learning.windows(), 0);
 }
@@ -111,7 +111,7 @@ fn the_commissioned_monitor_standardises_its_residuals() {
     let (learning, _) = learn(200, 0.05, 7);
     let detectors = Detectors { cusum: Some(Cusum::new(0.5, 5.0)), ..Detectors::NONE };
     let config = Config::new(1.0, 1, 1, learning.channels([KIND], detectors).unwrap());
-    let mut monitor = PairMonitor::<f32, Iae, 1>::new(&config).unwrap();
+    let mut monitor = PairMonitor::<f32, Iae, 1>::new(config).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     let n = 20_000;
     let square: f64 = (0..n)
@@ -132,10 +132,10 @@ fn the_commissioned_monitor_standardises_its_residuals() {
 #[test]
 fn a_constant_index_gives_no_baseline() {
     for wobble in [0.0, 1e-7f32] {
-        let mut monitor = PairMonitor::<f32, Iae, 1>::new(&CONFIG).unwrap();
+        let mut monitor = PairMonitor::<f32, Iae, 1>::new(CONFIG).unwrap();
         let mut learning = Commissioning::<1>::new();
         for i in 0..100 {
-            learning.learn(&monitor.tick(0.3 * (1.0 + wobble * (i % 3) as f32), 0.0, 2.0).unwrap());
+            learning.learn(monitor.tick(0.3 * (1.0 + wobble * (i % 3) as f32), 0.0, 2.0).unwrap());
         }
         let refused = NotReady::NoScatter { channel: 0 };
         assert_eq!(learning.baselines(), Err(refused));

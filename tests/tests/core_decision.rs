@@ -2,8 +2,8 @@
 //! moved. One tick is one window here (x = u^2, value = |e|), so that windows can be drawn straight from a line.
 
 use drift_core::{
-    Baseline, Channel, ChannelKind, Config, Cusum, Detectors, FaultCurve, Iae, Index, Moved, PairMonitor,
-    Report, Shewhart, Side, Sprt, Verdict,
+    Baseline, Channel, ChannelKind, Config, Cusum, Detectors, FaultCurve, Iae, Index, Moved, PairIndices,
+    PairMonitor, Report, Shewhart, Side, Sprt, Verdict,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -14,38 +14,38 @@ const B0: f32 = 2.0;
 const B1: f32 = 0.5;
 const SIGMA: f32 = 0.05;
 
-static CONFIG: Config<f32, 1> = Config::new(
+const CONFIG: Config<f32, 1> = Config::new(
     1.0,
     1,
     1,
-    [Channel {
-        kind: ChannelKind::EnergyError(Index::Iae),
-        baseline: Baseline::known(B0, B1, SIGMA),
-        detectors: Detectors {
+    [Channel::new(
+        ChannelKind::EnergyError(Index::Iae),
+        Baseline::known(B0, B1, SIGMA),
+        Detectors {
             cusum: Some(Cusum::new(0.5, 5.0)),
             shewhart: Some(Shewhart::symmetric(3.5)),
-            sprt: None,
+            ..Detectors::NONE
         },
-    }],
+    )],
 );
 
 /// A monitored stream of windows.
-struct Stream<'c> {
-    monitor: PairMonitor<'c, f32, Iae, 1>,
+struct Stream {
+    monitor: PairMonitor<f32, Iae, 1>,
     rng: ChaCha8Rng,
 }
 
-impl Stream<'_> {
+impl Stream {
     fn new(seed: u64) -> Self {
-        Self { monitor: PairMonitor::new(&CONFIG).unwrap(), rng: ChaCha8Rng::seed_from_u64(seed) }
+        Self { monitor: PairMonitor::new(CONFIG).unwrap(), rng: ChaCha8Rng::seed_from_u64(seed) }
     }
 
     /// One window from the line b0 + b1*x, x uniform in 4..16.
-    fn window(&mut self, b0: f32, b1: f32) -> Report<1> {
+    fn window(&mut self, b0: f32, b1: f32) -> Report<1, PairIndices> {
         let x: f32 = self.rng.random_range(4.0..16.0);
         let noise: f32 = StandardNormal.sample(&mut self.rng);
         let value = b0 + b1 * x + SIGMA * noise;
-        self.monitor.tick(value, 0.0, x.sqrt()).unwrap()
+        *self.monitor.tick(value, 0.0, x.sqrt()).unwrap()
     }
 
     /// One window `shift` sigmas away from the baseline.
@@ -55,7 +55,7 @@ impl Stream<'_> {
 }
 
 /// Share of `runs` seeded runs for which `outcome` holds.
-fn share(runs: u64, outcome: impl Fn(Stream<'static>) -> bool + Sync) -> f64 {
+fn share(runs: u64, outcome: impl Fn(Stream) -> bool + Sync) -> f64 {
     (0..runs).into_par_iter().filter(|&seed| outcome(Stream::new(seed))).count() as f64 / runs as f64
 }
 
@@ -247,7 +247,7 @@ fn a_lasting_shift_of_any_size_is_a_drift_on_its_own_side() {
             let mut config = CONFIG;
             config.channels[0].detectors = detectors;
             let outcome = share(200, |stream| {
-                let mut stream = Stream { monitor: PairMonitor::new(&config).unwrap(), rng: stream.rng };
+                let mut stream = Stream { monitor: PairMonitor::new(config).unwrap(), rng: stream.rng };
                 let report = (0..60).map(|_| stream.window(B0 + shift * SIGMA, B1)).last().unwrap();
                 let side = if shift > 0.0 { Side::High } else { Side::Low };
                 report.verdict == Verdict::Drift && report.channels[0].side == Some(side)

@@ -2,7 +2,7 @@
 //! CUSUM by Gauss-Legendre quadrature, to ten digits; they agree with Lucas & Crosier 1982, table 1). A run
 //! length counts the decisions up to and including the alarm; a head start applies from the first decision.
 
-use drift_core::{Cusum, CusumState, Shewhart, Sprt, SprtState};
+use drift_core::{Cusum, CusumState, Detector, DetectorState, Shewhart, Sprt, SprtState};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,8 +1,10 @@
 /* The C interface of drift-core. Generated from drift-core/c by cbindgen; C99.
  *
- * The caller owns all memory: a monitor is an opaque block of a fixed size that must stay where it was
- * initialised. Every function returns DRIFT_OK, DRIFT_REPORT, or a negative code; null and misaligned pointers,
- * and monitors that were not initialised or were moved, are refused.
+ * The caller owns all memory: a monitor is an array of words, as many as its kind takes:
+ *     static drift_monitor_t monitor[DRIFT_PAIR_WORDS];
+ *     drift_pair_init(monitor, DRIFT_PAIR_WORDS, &config);
+ * Every function returns DRIFT_OK, DRIFT_REPORT, or a negative code; null and misaligned pointers, and monitors that
+ * were not initialised, are refused. Only the kinds whose init is called are linked.
  */
 
 #ifndef DRIFT_H
@@ -24,77 +26,112 @@
 /*
  A pointer is null.
  */
-#define DRIFT_NULL -1
+#define DRIFT_NULL (-1)
 
 /*
  A pointer is not aligned as its type needs.
  */
-#define DRIFT_MISALIGNED -2
+#define DRIFT_MISALIGNED (-2)
 
 /*
- The monitor was not initialised, or was moved since.
+ The monitor was not initialised.
  */
-#define DRIFT_NOT_INITIALISED -3
+#define DRIFT_NOT_INITIALISED (-3)
 
 /*
  The configuration holds a number that is not positive, not finite or out of range.
  */
-#define DRIFT_BAD_CONFIG -4
+#define DRIFT_BAD_CONFIG (-4)
 
 /*
  Blocks are longer than their sums can hold.
  */
-#define DRIFT_BLOCK_TOO_LONG -5
+#define DRIFT_BLOCK_TOO_LONG (-5)
 
 /*
- More than DRIFT_BLOCKS blocks per window.
+ More than DRIFT_BLOCKS blocks per window (64 where windows can't overlap).
  */
-#define DRIFT_TOO_MANY_BLOCKS -6
+#define DRIFT_TOO_MANY_BLOCKS (-6)
 
 /*
- A channel needs an index that this kind of monitor does not keep; use drift_full_t.
+ A channel needs an index that this kind of monitor does not keep; use drift_full_init.
  */
-#define DRIFT_INDEX_NOT_KEPT -7
+#define DRIFT_INDEX_NOT_KEPT (-7)
 
 /*
- The buffer is too small for the state.
+ The buffer is too small for the state, or the memory for the monitor.
  */
-#define DRIFT_BUFFER_TOO_SMALL -8
+#define DRIFT_BUFFER_TOO_SMALL (-8)
 
 /*
  The saved state is cut short.
  */
-#define DRIFT_TORN -9
+#define DRIFT_TORN (-9)
 
 /*
  These bytes are no saved state.
  */
-#define DRIFT_NOT_A_STATE -10
+#define DRIFT_NOT_A_STATE (-10)
 
 /*
  Saved by another version of the layout.
  */
-#define DRIFT_VERSION -11
+#define DRIFT_VERSION (-11)
 
 /*
  The saved state is damaged.
  */
-#define DRIFT_CHECKSUM -12
+#define DRIFT_CHECKSUM (-12)
 
 /*
  Saved by another kind of monitor.
  */
-#define DRIFT_OTHER_MONITOR -13
+#define DRIFT_OTHER_MONITOR (-13)
 
 /*
  Saved under another configuration.
  */
-#define DRIFT_OTHER_CONFIG -14
+#define DRIFT_OTHER_CONFIG (-14)
 
 /*
  The saved state holds an impossible value.
  */
-#define DRIFT_IMPOSSIBLE -15
+#define DRIFT_IMPOSSIBLE (-15)
+
+/*
+ A monitor of counts was given floats, or the other way round.
+ */
+#define DRIFT_OTHER_NUMBER (-16)
+
+/*
+ The configuration asks for what this kind of monitor leaves out; use a larger kind.
+ */
+#define DRIFT_NOT_LINKED (-17)
+
+/*
+ Commissioning has seen fewer healthy windows than a baseline needs.
+ */
+#define DRIFT_TOO_FEW_WINDOWS (-18)
+
+/*
+ An index does not scatter while it is learnt: the loop stands still, or a sensor is stuck.
+ */
+#define DRIFT_NO_SCATTER (-19)
+
+/*
+ The version, as the crate's.
+ */
+#define DRIFT_VERSION_MAJOR 0
+
+/*
+ See DRIFT_VERSION_MAJOR.
+ */
+#define DRIFT_VERSION_MINOR 1
+
+/*
+ See DRIFT_VERSION_MAJOR.
+ */
+#define DRIFT_VERSION_PATCH 0
 
 /*
  The error index against the control energy.
@@ -237,39 +274,64 @@
 #define DRIFT_MISSING 1
 
 /*
+ 64-bit words of a commissioning.
+ */
+#define DRIFT_COMMISSIONING_WORDS 12
+
+/*
+ Channels of the largest kind.
+ */
+#define DRIFT_CHANNELS 3
+
+/*
  Bytes of a configuration.
  */
-#define DRIFT_CONFIG_BYTES 312
+#define DRIFT_CONFIG_BYTES 420
 
 /*
- 64-bit words of a monitor.
- */
-#define DRIFT_FULL_WORDS 200
-
-/*
- 64-bit words of a monitor.
- */
-#define DRIFT_FULL_I32_WORDS 320
-
-/*
- Most blocks per window.
+ Most blocks of windows that overlap.
  */
 #define DRIFT_BLOCKS 16
 
 /*
- 64-bit words of a monitor.
+ 64-bit words of a monitor that drift_small_init starts.
  */
-#define DRIFT_PAIR_WORDS 60
+#define DRIFT_SMALL_WORDS 44
 
 /*
- 64-bit words of a monitor.
+ 64-bit words of a monitor that drift_pair_init starts.
  */
-#define DRIFT_PAIR_I32_WORDS 76
+#define DRIFT_PAIR_WORDS 52
+
+/*
+ 64-bit words of a monitor that drift_full_init starts.
+ */
+#define DRIFT_FULL_WORDS 260
+
+/*
+ 64-bit words of a monitor that drift_small_i32_init starts.
+ */
+#define DRIFT_SMALL_I32_WORDS 44
+
+/*
+ 64-bit words of a monitor that drift_pair_i32_init starts.
+ */
+#define DRIFT_PAIR_I32_WORDS 52
+
+/*
+ 64-bit words of a monitor that drift_full_i32_init starts.
+ */
+#define DRIFT_FULL_I32_WORDS 260
+
+/*
+ No saved state of any kind is longer.
+ */
+#define DRIFT_STATE_BYTES 1400
 
 /*
  Bytes of a report.
  */
-#define DRIFT_REPORT_BYTES 264
+#define DRIFT_REPORT_BYTES 292
 
 /*
  What a function returns: zero or above is good.
@@ -277,237 +339,14 @@
 typedef int32_t drift_code_t;
 
 /*
- All indices, three channels, of float samples.
+ What was learnt so far.
  */
-typedef struct drift_full_t {
+typedef struct drift_commissioning_t {
   /*
    Not to be touched.
    */
-  uint64_t words[DRIFT_FULL_WORDS];
-} drift_full_t;
-
-/*
- What a channel compares.
- */
-typedef uint32_t drift_kind_t;
-
-/*
- The error index of DRIFT_ENERGY_ERROR.
- */
-typedef uint32_t drift_index_t;
-
-/*
- The healthy relation value = b0 + b1*x.
- */
-typedef struct drift_baseline_t {
-  /*
-   Intercept.
-   */
-  float b0;
-  /*
-   Slope.
-   */
-  float b1;
-  /*
-   Standard deviation of a healthy residual; 0: the channel is only reported.
-   */
-  float sigma;
-  /*
-   Independent windows that it was learnt from; 0: exactly known.
-   */
-  float windows;
-  /*
-   Mean x of them.
-   */
-  float x_mean;
-  /*
-   Their sum of squared deviations of x; 0: the slope is exactly known.
-   */
-  float x_ss;
-  /*
-   Smallest x seen.
-   */
-  float x_min;
-  /*
-   Largest x seen.
-   */
-  float x_max;
-} drift_baseline_t;
-
-/*
- Limits on one standardised residual.
- */
-typedef struct drift_shewhart_t {
-  /*
-   Below zero.
-   */
-  float lower;
-  /*
-   Above zero.
-   */
-  float upper;
-} drift_shewhart_t;
-
-/*
- Two-sided CUSUM.
- */
-typedef struct drift_cusum_t {
-  /*
-   Reference value, sigmas.
-   */
-  float k;
-  /*
-   Decision interval, sigmas.
-   */
-  float h;
-  /*
-   Start of both sums as a fraction of h.
-   */
-  float head_start;
-} drift_cusum_t;
-
-/*
- Sequential probability ratio test.
- */
-typedef struct drift_sprt_t {
-  /*
-   Added at every decision.
-   */
-  float constant;
-  /*
-   Times z.
-   */
-  float linear;
-  /*
-   Times z^2.
-   */
-  float quadratic;
-  /*
-   Alarm at or above.
-   */
-  float upper;
-  /*
-   Restart at or below.
-   */
-  float lower;
-} drift_sprt_t;
-
-/*
- One residual channel.
- */
-typedef struct drift_channel_t {
-  /*
-   What is compared.
-   */
-  drift_kind_t kind;
-  /*
-   The error index of DRIFT_ENERGY_ERROR.
-   */
-  drift_index_t index;
-  /*
-   The healthy relation.
-   */
-  struct drift_baseline_t baseline;
-  /*
-   0 or 1.
-   */
-  uint8_t has_shewhart;
-  /*
-   0 or 1.
-   */
-  uint8_t has_cusum;
-  /*
-   0 or 1.
-   */
-  uint8_t has_sprt;
-  /*
-   Instant.
-   */
-  struct drift_shewhart_t shewhart;
-  /*
-   Cumulative.
-   */
-  struct drift_cusum_t cusum;
-  /*
-   Sequential.
-   */
-  struct drift_sprt_t sprt;
-} drift_channel_t;
-
-/*
- The configuration; `drift calibrate --c` writes it as an initialiser. A pair monitor uses the first channel.
- Limits and steps of the i32 monitors are in counts.
- */
-typedef struct drift_config_t {
-  /*
-   Seconds per tick.
-   */
-  float sample_time_s;
-  /*
-   Ticks per block.
-   */
-  uint32_t block_ticks;
-  /*
-   Blocks per window, at most DRIFT_BLOCKS.
-   */
-  uint16_t window_blocks;
-  /*
-   Blocks from one decision to the next.
-   */
-  uint16_t hop_blocks;
-  /*
-   Fraction of valid ticks from which a block and a window count.
-   */
-  float min_valid;
-  /*
-   y-units per count; 1 for float.
-   */
-  float y_unit;
-  /*
-   u-units per count; 1 for float.
-   */
-  float u_unit;
-  /*
-   0 or 1.
-   */
-  uint8_t has_saturation;
-  /*
-   u at or below is saturated.
-   */
-  float u_min;
-  /*
-   u at or above is saturated.
-   */
-  float u_max;
-  /*
-   0 or 1.
-   */
-  uint8_t has_blanking;
-  /*
-   A larger change of r per tick is a step.
-   */
-  float blank_reference_step;
-  /*
-   Ticks left out after one.
-   */
-  uint32_t blank_ticks;
-  /*
-   Decisions before a drift is confirmed.
-   */
-  uint16_t confirm_hops;
-  /*
-   Log odds needed to call it either way.
-   */
-  float log_odds;
-  /*
-   Smallest shift that counts as away, sigmas.
-   */
-  float smallest_shift;
-  /*
-   The residual channels.
-   */
-  struct drift_channel_t channels[3];
-} drift_config_t;
+  uint64_t words[DRIFT_COMMISSIONING_WORDS];
+} drift_commissioning_t;
 
 /*
  What a course amounts to, in rising severity.
@@ -518,6 +357,16 @@ typedef uint8_t drift_verdict_t;
  Where the deviation seems to be.
  */
 typedef uint8_t drift_location_t;
+
+/*
+ What a channel compares.
+ */
+typedef uint32_t drift_kind_t;
+
+/*
+ The error index of DRIFT_ENERGY_ERROR.
+ */
+typedef uint32_t drift_index_t;
 
 /*
  To which side something moved.
@@ -566,6 +415,10 @@ typedef struct drift_channel_report_t {
    */
   float cusum_low;
   /*
+   The weighted average, sigmas.
+   */
+  float ewma_mean;
+  /*
    SPRT's two log-likelihood ratios.
    */
   float sprt_high;
@@ -605,6 +458,10 @@ typedef struct drift_channel_report_t {
    See alarm_shewhart.
    */
   drift_side_t alarm_cusum;
+  /*
+   See alarm_shewhart.
+   */
+  drift_side_t alarm_ewma;
   /*
    See alarm_shewhart.
    */
@@ -700,7 +557,11 @@ typedef struct drift_report_t {
    */
   float speed;
   /*
-   Ticks left out since the last decision: no sample.
+   Ticks left out since the last decision, whatever the reason.
+   */
+  uint16_t left_out;
+  /*
+   Of them, where the kind of monitor tells them apart: no sample.
    */
   uint16_t missing;
   /*
@@ -726,277 +587,446 @@ typedef struct drift_report_t {
   /*
    The channels.
    */
-  struct drift_channel_report_t channels[3];
+  struct drift_channel_report_t channels[DRIFT_CHANNELS];
 } drift_report_t;
+
+/*
+ The healthy relation value = b0 + b1*x.
+ */
+typedef struct drift_baseline_t {
+  /*
+   Intercept.
+   */
+  float b0;
+  /*
+   Slope.
+   */
+  float b1;
+  /*
+   Standard deviation of a healthy residual; 0: the channel is only reported.
+   */
+  float sigma;
+  /*
+   Independent windows that it was learnt from; 0: exactly known.
+   */
+  float windows;
+  /*
+   Mean x of them.
+   */
+  float x_mean;
+  /*
+   Their sum of squared deviations of x; 0: the slope is exactly known.
+   */
+  float x_ss;
+  /*
+   Smallest x seen.
+   */
+  float x_min;
+  /*
+   Largest x seen.
+   */
+  float x_max;
+} drift_baseline_t;
+
+/*
+ What the windows before add to the relation.
+ */
+typedef struct drift_memory_t {
+  /*
+   Windows that are remembered, 0 to 3.
+   */
+  uint32_t order;
+  /*
+   Coefficients of x, the newest first.
+   */
+  float x[3];
+  /*
+   Coefficients of the value.
+   */
+  float value[3];
+} drift_memory_t;
+
+/*
+ Limits on one standardised residual.
+ */
+typedef struct drift_shewhart_t {
+  /*
+   Below zero.
+   */
+  float lower;
+  /*
+   Above zero.
+   */
+  float upper;
+} drift_shewhart_t;
+
+/*
+ Two-sided CUSUM.
+ */
+typedef struct drift_cusum_t {
+  /*
+   Reference value, sigmas.
+   */
+  float k;
+  /*
+   Decision interval, sigmas.
+   */
+  float h;
+  /*
+   Start of both sums as a fraction of h.
+   */
+  float head_start;
+} drift_cusum_t;
+
+/*
+ Exponentially weighted moving average.
+ */
+typedef struct drift_ewma_t {
+  /*
+   Weight of the newest residual.
+   */
+  float lambda;
+  /*
+   Alarm above, sigmas.
+   */
+  float limit;
+} drift_ewma_t;
+
+/*
+ Sequential probability ratio test.
+ */
+typedef struct drift_sprt_t {
+  /*
+   Added at every decision.
+   */
+  float constant;
+  /*
+   Times z.
+   */
+  float linear;
+  /*
+   Times z^2.
+   */
+  float quadratic;
+  /*
+   Alarm at or above.
+   */
+  float upper;
+  /*
+   Restart at or below.
+   */
+  float lower;
+} drift_sprt_t;
+
+/*
+ One residual channel.
+ */
+typedef struct drift_channel_t {
+  /*
+   What is compared.
+   */
+  drift_kind_t kind;
+  /*
+   The error index of DRIFT_ENERGY_ERROR.
+   */
+  drift_index_t index;
+  /*
+   The healthy relation.
+   */
+  struct drift_baseline_t baseline;
+  /*
+   What the windows before add to it.
+   */
+  struct drift_memory_t memory;
+  /*
+   0 or 1.
+   */
+  uint8_t has_shewhart;
+  /*
+   0 or 1.
+   */
+  uint8_t has_cusum;
+  /*
+   0 or 1.
+   */
+  uint8_t has_ewma;
+  /*
+   0 or 1.
+   */
+  uint8_t has_sprt;
+  /*
+   Instant.
+   */
+  struct drift_shewhart_t shewhart;
+  /*
+   Cumulative.
+   */
+  struct drift_cusum_t cusum;
+  /*
+   Weighted.
+   */
+  struct drift_ewma_t ewma;
+  /*
+   Sequential.
+   */
+  struct drift_sprt_t sprt;
+} drift_channel_t;
+
+/*
+ The configuration; `drift calibrate --c` writes it as an initialiser. A pair monitor uses the first channel.
+ Limits and steps of the i32 monitors are in counts.
+ */
+typedef struct drift_config_t {
+  /*
+   Seconds per tick.
+   */
+  float sample_time_s;
+  /*
+   Ticks per block.
+   */
+  uint32_t block_ticks;
+  /*
+   Blocks per window, at most DRIFT_BLOCKS.
+   */
+  uint16_t window_blocks;
+  /*
+   Blocks from one decision to the next.
+   */
+  uint16_t hop_blocks;
+  /*
+   Fraction of valid ticks from which a block and a window count.
+   */
+  float min_valid;
+  /*
+   y-units per count; 1 for float.
+   */
+  float y_unit;
+  /*
+   u-units per count; 1 for float.
+   */
+  float u_unit;
+  /*
+   0 or 1.
+   */
+  uint8_t has_saturation;
+  /*
+   u at or below is saturated.
+   */
+  float u_min;
+  /*
+   u at or above is saturated.
+   */
+  float u_max;
+  /*
+   0 or 1.
+   */
+  uint8_t has_blanking;
+  /*
+   A larger change of r per tick is a step.
+   */
+  float blank_reference_step;
+  /*
+   Ticks left out after one.
+   */
+  uint32_t blank_ticks;
+  /*
+   Decisions before a drift is confirmed.
+   */
+  uint16_t confirm_hops;
+  /*
+   Log odds needed to call it either way.
+   */
+  float log_odds;
+  /*
+   Smallest shift that counts as away, sigmas.
+   */
+  float smallest_shift;
+  /*
+   The residual channels.
+   */
+  struct drift_channel_t channels[DRIFT_CHANNELS];
+} drift_config_t;
+
+/*
+ One word of a monitor: `static drift_monitor_t monitor[DRIFT_PAIR_WORDS];` is a monitor.
+ */
+typedef struct drift_monitor_t {
+  /*
+   Not to be touched.
+   */
+  uint64_t word;
+} drift_monitor_t;
 
 /*
  Why a tick brings no sample.
  */
 typedef uint32_t drift_without_t;
 
-/*
- All indices, three channels, of counts.
- */
-typedef struct drift_full_i32_t {
-  /*
-   Not to be touched.
-   */
-  uint64_t words[DRIFT_FULL_I32_WORDS];
-} drift_full_i32_t;
-
-/*
- The paper's pair, E_u and IAE, of float samples.
- */
-typedef struct drift_pair_t {
-  /*
-   Not to be touched.
-   */
-  uint64_t words[DRIFT_PAIR_WORDS];
-} drift_pair_t;
-
-/*
- The paper's pair, E_u and IAE, of counts.
- */
-typedef struct drift_pair_i32_t {
-  /*
-   Not to be touched.
-   */
-  uint64_t words[DRIFT_PAIR_I32_WORDS];
-} drift_pair_i32_t;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
 /*
- Starts a monitor. The configuration is copied.
+ Nothing learnt yet.
+
+ # Safety
+ A pointer that is neither null nor misaligned points to memory of its type.
+ */
+drift_code_t drift_commissioning_start(struct drift_commissioning_t *learning);
+
+/*
+ Adds one healthy decision; a window that was not valid is passed over.
+
+ # Safety
+ As for drift_commissioning_start, which was called before.
+ */
+drift_code_t drift_commissioning_learn(struct drift_commissioning_t *learning,
+                                       const struct drift_report_t *report);
+
+/*
+ Writes the baselines of the first channels channels into the configuration, which a monitor can then be started
+ with; DRIFT_TOO_FEW_WINDOWS or DRIFT_NO_SCATTER, and nothing written, where they can't be had.
+
+ # Safety
+ As for drift_commissioning_learn.
+ */
+drift_code_t drift_commissioning_finish(const struct drift_commissioning_t *learning,
+                                        uint32_t channels,
+                                        struct drift_config_t *config);
+
+/*
+ The smallest: E_u and IAE, one CUSUM on an exactly known relation; no gaps, no limits, no refitted curve.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
 
  # Safety
  Pointers that are neither null nor misaligned point to memory of their type.
  */
-drift_code_t drift_full_init(struct drift_full_t *monitor, const struct drift_config_t *config);
+drift_code_t drift_small_init(struct drift_monitor_t *memory,
+                              uint32_t words,
+                              const struct drift_config_t *config);
 
 /*
- One tick of the closed loop; DRIFT_REPORT once per hop.
-
- # Safety
- As for init; no other call uses the monitor at the same time.
- */
-drift_code_t drift_full_tick(struct drift_full_t *monitor,
-                             float r,
-                             float y,
-                             float u,
-                             struct drift_report_t *report);
-
-/*
- One tick without a sample: DRIFT_MANUAL or DRIFT_MISSING.
-
- # Safety
- As for tick.
- */
-drift_code_t drift_full_tick_without(struct drift_full_t *monitor,
-                                     drift_without_t why,
-                                     struct drift_report_t *report);
-
-/*
- Forgets alarms and courses, for a fault that was seen to.
-
- # Safety
- As for tick.
- */
-drift_code_t drift_full_acknowledge(struct drift_full_t *monitor);
-
-/*
- Saves the state into capacity bytes; the bytes used, or a negative code. 8*DRIFT_FULL_WORDS*2 always suffice.
-
- # Safety
- As for tick; into points to capacity writable bytes.
- */
-drift_code_t drift_full_save(struct drift_full_t *monitor,
-                             uint8_t *into,
-                             uint32_t capacity);
-
-/*
- Takes up a saved state, all of it or none.
-
- # Safety
- As for tick; from points to length readable bytes.
- */
-drift_code_t drift_full_restore(struct drift_full_t *monitor, const uint8_t *from, uint32_t length);
-
-/*
- Starts a monitor. The configuration is copied.
+ The paper's pair: E_u and IAE; CUSUM and Shewhart, windows that follow one another.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
 
  # Safety
  Pointers that are neither null nor misaligned point to memory of their type.
  */
-drift_code_t drift_full_i32_init(struct drift_full_i32_t *monitor,
+drift_code_t drift_pair_init(struct drift_monitor_t *memory,
+                             uint32_t words,
+                             const struct drift_config_t *config);
+
+/*
+ All indices, three channels, everything that there is; windows of up to DRIFT_BLOCKS blocks may overlap.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
+
+ # Safety
+ Pointers that are neither null nor misaligned point to memory of their type.
+ */
+drift_code_t drift_full_init(struct drift_monitor_t *memory,
+                             uint32_t words,
+                             const struct drift_config_t *config);
+
+/*
+ The smallest, of counts.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
+
+ # Safety
+ Pointers that are neither null nor misaligned point to memory of their type.
+ */
+drift_code_t drift_small_i32_init(struct drift_monitor_t *memory,
+                                  uint32_t words,
+                                  const struct drift_config_t *config);
+
+/*
+ The paper's pair, of counts.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
+
+ # Safety
+ Pointers that are neither null nor misaligned point to memory of their type.
+ */
+drift_code_t drift_pair_i32_init(struct drift_monitor_t *memory,
+                                 uint32_t words,
                                  const struct drift_config_t *config);
 
 /*
- One tick of the closed loop; DRIFT_REPORT once per hop.
-
- # Safety
- As for init; no other call uses the monitor at the same time.
- */
-drift_code_t drift_full_i32_tick(struct drift_full_i32_t *monitor,
-                                 int32_t r,
-                                 int32_t y,
-                                 int32_t u,
-                                 struct drift_report_t *report);
-
-/*
- One tick without a sample: DRIFT_MANUAL or DRIFT_MISSING.
-
- # Safety
- As for tick.
- */
-drift_code_t drift_full_i32_tick_without(struct drift_full_i32_t *monitor,
-                                         drift_without_t why,
-                                         struct drift_report_t *report);
-
-/*
- Forgets alarms and courses, for a fault that was seen to.
-
- # Safety
- As for tick.
- */
-drift_code_t drift_full_i32_acknowledge(struct drift_full_i32_t *monitor);
-
-/*
- Saves the state into capacity bytes; the bytes used, or a negative code. 8*DRIFT_FULL_I32_WORDS*2 always suffice.
-
- # Safety
- As for tick; into points to capacity writable bytes.
- */
-drift_code_t drift_full_i32_save(struct drift_full_i32_t *monitor,
-                                 uint8_t *into,
-                                 uint32_t capacity);
-
-/*
- Takes up a saved state, all of it or none.
-
- # Safety
- As for tick; from points to length readable bytes.
- */
-drift_code_t drift_full_i32_restore(struct drift_full_i32_t *monitor,
-                                    const uint8_t *from,
-                                    uint32_t length);
-
-/*
- Starts a monitor. The configuration is copied.
+ All indices and three channels, of counts.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
 
  # Safety
  Pointers that are neither null nor misaligned point to memory of their type.
  */
-drift_code_t drift_pair_init(struct drift_pair_t *monitor, const struct drift_config_t *config);
-
-/*
- One tick of the closed loop; DRIFT_REPORT once per hop.
-
- # Safety
- As for init; no other call uses the monitor at the same time.
- */
-drift_code_t drift_pair_tick(struct drift_pair_t *monitor,
-                             float r,
-                             float y,
-                             float u,
-                             struct drift_report_t *report);
-
-/*
- One tick without a sample: DRIFT_MANUAL or DRIFT_MISSING.
-
- # Safety
- As for tick.
- */
-drift_code_t drift_pair_tick_without(struct drift_pair_t *monitor,
-                                     drift_without_t why,
-                                     struct drift_report_t *report);
-
-/*
- Forgets alarms and courses, for a fault that was seen to.
-
- # Safety
- As for tick.
- */
-drift_code_t drift_pair_acknowledge(struct drift_pair_t *monitor);
-
-/*
- Saves the state into capacity bytes; the bytes used, or a negative code. 8*DRIFT_PAIR_WORDS*2 always suffice.
-
- # Safety
- As for tick; into points to capacity writable bytes.
- */
-drift_code_t drift_pair_save(struct drift_pair_t *monitor,
-                             uint8_t *into,
-                             uint32_t capacity);
-
-/*
- Takes up a saved state, all of it or none.
-
- # Safety
- As for tick; from points to length readable bytes.
- */
-drift_code_t drift_pair_restore(struct drift_pair_t *monitor, const uint8_t *from, uint32_t length);
-
-/*
- Starts a monitor. The configuration is copied.
-
- # Safety
- Pointers that are neither null nor misaligned point to memory of their type.
- */
-drift_code_t drift_pair_i32_init(struct drift_pair_i32_t *monitor,
+drift_code_t drift_full_i32_init(struct drift_monitor_t *memory,
+                                 uint32_t words,
                                  const struct drift_config_t *config);
 
 /*
- One tick of the closed loop; DRIFT_REPORT once per hop.
+ One tick of the closed loop in engineering units; DRIFT_REPORT once per hop.
 
  # Safety
- As for init; no other call uses the monitor at the same time.
+ Pointers that are neither null nor misaligned point to memory of their type; no other call uses the monitor at the
+ same time.
  */
-drift_code_t drift_pair_i32_tick(struct drift_pair_i32_t *monitor,
-                                 int32_t r,
-                                 int32_t y,
-                                 int32_t u,
-                                 struct drift_report_t *report);
+drift_code_t drift_tick(struct drift_monitor_t *monitor,
+                        float r,
+                        float y,
+                        float u,
+                        struct drift_report_t *report);
+
+/*
+ The same in converter counts, for the i32 kinds.
+
+ # Safety
+ As for drift_tick.
+ */
+drift_code_t drift_tick_i32(struct drift_monitor_t *monitor,
+                            int32_t r,
+                            int32_t y,
+                            int32_t u,
+                            struct drift_report_t *report);
 
 /*
  One tick without a sample: DRIFT_MANUAL or DRIFT_MISSING.
 
  # Safety
- As for tick.
+ As for drift_tick.
  */
-drift_code_t drift_pair_i32_tick_without(struct drift_pair_i32_t *monitor,
-                                         drift_without_t why,
-                                         struct drift_report_t *report);
+drift_code_t drift_tick_without(struct drift_monitor_t *monitor,
+                                drift_without_t why,
+                                struct drift_report_t *report);
 
 /*
  Forgets alarms and courses, for a fault that was seen to.
 
  # Safety
- As for tick.
+ As for drift_tick.
  */
-drift_code_t drift_pair_i32_acknowledge(struct drift_pair_i32_t *monitor);
+drift_code_t drift_acknowledge(struct drift_monitor_t *monitor);
 
 /*
- Saves the state into capacity bytes; the bytes used, or a negative code. 8*DRIFT_PAIR_I32_WORDS*2 always suffice.
+ Bytes that drift_save needs, or a negative code.
 
  # Safety
- As for tick; into points to capacity writable bytes.
+ As for drift_tick.
  */
-drift_code_t drift_pair_i32_save(struct drift_pair_i32_t *monitor,
-                                 uint8_t *into,
-                                 uint32_t capacity);
+drift_code_t drift_state_bytes(struct drift_monitor_t *monitor);
+
+/*
+ Saves the state into capacity bytes; the bytes used, or a negative code: then nothing is written.
+ DRIFT_STATE_BYTES always suffice.
+
+ # Safety
+ As for drift_tick; into points to capacity writable bytes.
+ */
+drift_code_t drift_save(struct drift_monitor_t *monitor, uint8_t *into, uint32_t capacity);
 
 /*
  Takes up a saved state, all of it or none.
 
  # Safety
- As for tick; from points to length readable bytes.
+ As for drift_tick; from points to length readable bytes.
  */
-drift_code_t drift_pair_i32_restore(struct drift_pair_i32_t *monitor,
-                                    const uint8_t *from,
-                                    uint32_t length);
+drift_code_t drift_restore(struct drift_monitor_t *monitor, const uint8_t *from, uint32_t length);
 
 #ifdef __cplusplus
 }  // extern "C"
@@ -1005,7 +1035,6 @@ drift_code_t drift_pair_i32_restore(struct drift_pair_i32_t *monitor,
 #endif  /* DRIFT_H */
 
 /* Both sides agree on every size: the Rust side asserts the same numbers. */
-typedef char drift_config_size_is_as_compiled[sizeof(drift_config_t) == DRIFT_CONFIG_BYTES ? 1 : -1];
-typedef char drift_report_size_is_as_compiled[sizeof(drift_report_t) == DRIFT_REPORT_BYTES ? 1 : -1];
-typedef char drift_pair_size_is_as_compiled[sizeof(drift_pair_t) == 8 * DRIFT_PAIR_WORDS ? 1 : -1];
-typedef char drift_full_size_is_as_compiled[sizeof(drift_full_t) == 8 * DRIFT_FULL_WORDS ? 1 : -1];
+extern const char drift_config_size_is_as_compiled[sizeof(drift_config_t) == DRIFT_CONFIG_BYTES ? 1 : -1];
+extern const char drift_report_size_is_as_compiled[sizeof(drift_report_t) == DRIFT_REPORT_BYTES ? 1 : -1];
+extern const char drift_word_size_is_as_compiled[sizeof(drift_monitor_t) == 8 ? 1 : -1];

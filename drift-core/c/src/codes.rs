@@ -12,17 +12,17 @@ pub const DRIFT_REPORT: i32 = 1;
 pub const DRIFT_NULL: i32 = -1;
 /// A pointer is not aligned as its type needs.
 pub const DRIFT_MISALIGNED: i32 = -2;
-/// The monitor was not initialised, or was moved since.
+/// The monitor was not initialised.
 pub const DRIFT_NOT_INITIALISED: i32 = -3;
 /// The configuration holds a number that is not positive, not finite or out of range.
 pub const DRIFT_BAD_CONFIG: i32 = -4;
 /// Blocks are longer than their sums can hold.
 pub const DRIFT_BLOCK_TOO_LONG: i32 = -5;
-/// More than DRIFT_BLOCKS blocks per window.
+/// More than DRIFT_BLOCKS blocks per window (64 where windows can't overlap).
 pub const DRIFT_TOO_MANY_BLOCKS: i32 = -6;
-/// A channel needs an index that this kind of monitor does not keep; use drift_full_t.
+/// A channel needs an index that this kind of monitor does not keep; use drift_full_init.
 pub const DRIFT_INDEX_NOT_KEPT: i32 = -7;
-/// The buffer is too small for the state.
+/// The buffer is too small for the state, or the memory for the monitor.
 pub const DRIFT_BUFFER_TOO_SMALL: i32 = -8;
 /// The saved state is cut short.
 pub const DRIFT_TORN: i32 = -9;
@@ -38,6 +38,36 @@ pub const DRIFT_OTHER_MONITOR: i32 = -13;
 pub const DRIFT_OTHER_CONFIG: i32 = -14;
 /// The saved state holds an impossible value.
 pub const DRIFT_IMPOSSIBLE: i32 = -15;
+
+/// A monitor of counts was given floats, or the other way round.
+pub const DRIFT_OTHER_NUMBER: i32 = -16;
+/// The configuration asks for what this kind of monitor leaves out; use a larger kind.
+pub const DRIFT_NOT_LINKED: i32 = -17;
+/// Commissioning has seen fewer healthy windows than a baseline needs.
+pub const DRIFT_TOO_FEW_WINDOWS: i32 = -18;
+/// An index does not scatter while it is learnt: the loop stands still, or a sensor is stuck.
+pub const DRIFT_NO_SCATTER: i32 = -19;
+
+/// The version, as the crate's.
+pub const DRIFT_VERSION_MAJOR: u32 = 0;
+/// See DRIFT_VERSION_MAJOR.
+pub const DRIFT_VERSION_MINOR: u32 = 1;
+/// See DRIFT_VERSION_MAJOR.
+pub const DRIFT_VERSION_PATCH: u32 = 0;
+const _: () = assert!(
+    number(env!("CARGO_PKG_VERSION_MAJOR")) == DRIFT_VERSION_MAJOR
+        && number(env!("CARGO_PKG_VERSION_MINOR")) == DRIFT_VERSION_MINOR
+        && number(env!("CARGO_PKG_VERSION_PATCH")) == DRIFT_VERSION_PATCH
+);
+
+const fn number(text: &str) -> u32 {
+    let (bytes, mut i, mut number) = (text.as_bytes(), 0, 0);
+    while i < bytes.len() {
+        number = number * 10 + (bytes[i] - b'0') as u32;
+        i += 1;
+    }
+    number
+}
 
 /// What a channel compares.
 pub type drift_kind_t = u32;
@@ -121,6 +151,7 @@ pub(crate) fn of_config(error: ConfigError) -> i32 {
         ConfigError::BlockTooLong => DRIFT_BLOCK_TOO_LONG,
         ConfigError::TooManyBlocks => DRIFT_TOO_MANY_BLOCKS,
         ConfigError::IndexNotKept(_) => DRIFT_INDEX_NOT_KEPT,
+        ConfigError::NotLinked(_) => DRIFT_NOT_LINKED,
         _ => DRIFT_BAD_CONFIG,
     }
 }

@@ -1,14 +1,16 @@
 //! The configuration as C sees it: what is optional in `drift_core::Config` has a `has_` flag here (0 or 1).
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Config, Cusum, Decision, Detectors, Index, Number, Saturation,
-    Shewhart, Sprt,
+    Baseline, Blanking, Channel, ChannelKind, Config, Cusum, Decision, Detectors, Ewma, Index, Memory,
+    Number, Saturation, Shewhart, Sprt,
 };
 
 use crate::codes::{self, DRIFT_BAD_CONFIG, drift_index_t, drift_kind_t};
 
+/// Channels of the largest kind.
+pub const DRIFT_CHANNELS: usize = 3;
 /// Bytes of a configuration.
-pub const DRIFT_CONFIG_BYTES: usize = 312;
+pub const DRIFT_CONFIG_BYTES: usize = 420;
 const _: () = assert!(size_of::<drift_config_t>() == DRIFT_CONFIG_BYTES);
 
 /// The healthy relation value = b0 + b1*x.
@@ -71,6 +73,28 @@ pub struct drift_sprt_t {
     pub lower: f32,
 }
 
+/// Exponentially weighted moving average.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct drift_ewma_t {
+    /// Weight of the newest residual.
+    pub lambda: f32,
+    /// Alarm above, sigmas.
+    pub limit: f32,
+}
+
+/// What the windows before add to the relation.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct drift_memory_t {
+    /// Windows that are remembered, 0 to 3.
+    pub order: u32,
+    /// Coefficients of x, the newest first.
+    pub x: [f32; 3],
+    /// Coefficients of the value.
+    pub value: [f32; 3],
+}
+
 /// One residual channel.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -81,16 +105,22 @@ pub struct drift_channel_t {
     pub index: drift_index_t,
     /// The healthy relation.
     pub baseline: drift_baseline_t,
+    /// What the windows before add to it.
+    pub memory: drift_memory_t,
     /// 0 or 1.
     pub has_shewhart: u8,
     /// 0 or 1.
     pub has_cusum: u8,
+    /// 0 or 1.
+    pub has_ewma: u8,
     /// 0 or 1.
     pub has_sprt: u8,
     /// Instant.
     pub shewhart: drift_shewhart_t,
     /// Cumulative.
     pub cusum: drift_cusum_t,
+    /// Weighted.
+    pub ewma: drift_ewma_t,
     /// Sequential.
     pub sprt: drift_sprt_t,
 }
@@ -133,29 +163,63 @@ pub struct drift_config_t {
     /// Smallest shift that counts as away, sigmas.
     pub smallest_shift: f32,
     /// The residual channels.
-    pub channels: [drift_channel_t; 3],
+    pub channels: [drift_channel_t; DRIFT_CHANNELS],
 }
 
-/// A limit in the monitor's own number.
-pub(crate) trait FromLimit: Number {
-    fn from_limit(limit: f32) -> Self;
+/// The monitor's own number.
+pub(crate) trait Sample: Number {
+    /// A limit; refused where it is no such number.
+    fn of_limit(limit: f32) -> Result<Self, i32>;
+    /// A sample, if the monitor is one of floats.
+    fn of_floats(sample: [f32; 3]) -> Option<[Self; 3]>;
+    /// A sample, if the monitor is one of counts.
+    fn of_counts(sample: [i32; 3]) -> Option<[Self; 3]>;
 }
 
-impl FromLimit for f32 {
-    fn from_limit(limit: f32) -> Self {
-        limit
+impl Sample for f32 {
+    fn of_limit(limit: f32) -> Result<Self, i32> {
+        Ok(limit)
+    }
+    fn of_floats(sample: [f32; 3]) -> Option<[Self; 3]> {
+        Some(sample)
+    }
+    fn of_counts(_: [i32; 3]) -> Option<[Self; 3]> {
+        None
     }
 }
 
-impl FromLimit for i32 {
-    fn from_limit(limit: f32) -> Self {
-        limit as i32
+impl Sample for i32 {
+    /// NaN, a fraction and what no i32 holds are no counts.
+    fn of_limit(limit: f32) -> Result<Self, i32> {
+        let count = limit as i32;
+        if count as f32 == limit { Ok(count) } else { Err(DRIFT_BAD_CONFIG) }
+    }
+    fn of_floats(_: [f32; 3]) -> Option<[Self; 3]> {
+        None
+    }
+    fn of_counts(sample: [i32; 3]) -> Option<[Self; 3]> {
+        Some(sample)
+    }
+}
+
+impl From<&Baseline> for drift_baseline_t {
+    fn from(b: &Baseline) -> Self {
+        Self {
+            b0: b.b0,
+            b1: b.b1,
+            sigma: b.sigma,
+            windows: b.windows,
+            x_mean: b.x_mean,
+            x_ss: b.x_ss,
+            x_min: b.x_min,
+            x_max: b.x_max,
+        }
     }
 }
 
 impl drift_config_t {
-    pub(crate) fn convert<N: FromLimit, const C: usize>(&self) -> Result<Config<N, C>, i32> {
-        const { assert!(C > 0 && C <= 3) };
+    pub(crate) fn convert<N: Sample, const C: usize>(&self) -> Result<Config<N, C>, i32> {
+        const { assert!(C > 0 && C <= DRIFT_CHANNELS) };
         let channel = |i: usize| self.channels.get(i).map_or(Err(DRIFT_BAD_CONFIG), drift_channel_t::convert);
         let mut channels = [channel(0)?; C];
         for (i, place) in channels.iter_mut().enumerate() {
@@ -171,11 +235,11 @@ impl drift_config_t {
             });
         config.min_valid = self.min_valid;
         if flag(self.has_saturation)? {
-            let (u_min, u_max) = (N::from_limit(self.u_min), N::from_limit(self.u_max));
+            let (u_min, u_max) = (N::of_limit(self.u_min)?, N::of_limit(self.u_max)?);
             config.saturation = Some(Saturation { u_min, u_max });
         }
         if flag(self.has_blanking)? {
-            let reference_step = N::from_limit(self.blank_reference_step);
+            let reference_step = N::of_limit(self.blank_reference_step)?;
             config.blanking = Some(Blanking { reference_step, ticks: self.blank_ticks });
         }
         Ok(config)
@@ -194,8 +258,10 @@ impl drift_channel_t {
     fn convert(&self) -> Result<Channel, i32> {
         let b = &self.baseline;
         let (shewhart, cusum, sprt) = (&self.shewhart, &self.cusum, &self.sprt);
+        let m = &self.memory;
         Ok(Channel {
             kind: self.kind()?,
+            memory: Memory { order: m.order.min(255) as u8, x: m.x, value: m.value },
             baseline: Baseline {
                 b0: b.b0,
                 b1: b.b1,
@@ -214,6 +280,8 @@ impl drift_channel_t {
                     h: cusum.h,
                     head_start: cusum.head_start,
                 }),
+                ewma: flag(self.has_ewma)?
+                    .then_some(Ewma { lambda: self.ewma.lambda, limit: self.ewma.limit }),
                 sprt: flag(self.has_sprt)?.then_some(Sprt {
                     constant: sprt.constant,
                     linear: sprt.linear,

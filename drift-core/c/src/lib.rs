@@ -1,24 +1,22 @@
 //! The C interface: thin shims over `drift-core`, the only place with `unsafe`.
 //!
 //! * [`codes`]: return codes and the named numbers of a report. [`config`], [`report`]: structures that C sees.
-//! * [`handle`]: the opaque monitor; what is checked before every use.
-//! * [`pair`], [`full`], [`pair_i32`], [`full_i32`]: the exported functions of the four kinds of monitor.
+//! * [`monitor`]: the opaque monitor; the functions that serve every kind. [`kinds`]: a row for each kind.
+//! * [`commissioning`]: the baselines learnt in place.
 #![no_std]
 #![allow(non_camel_case_types)]
 
-#[cfg(not(panic = "abort"))]
+#[cfg(not(any(panic = "abort", debug_assertions)))]
 compile_error!("panic = \"abort\" is needed: unwinding into C is undefined behaviour");
 
 #[cfg(not(target_os = "none"))]
 extern crate std;
 
 pub mod codes;
+pub mod commissioning;
 pub mod config;
-pub mod full;
-pub mod full_i32;
-pub mod handle;
-pub mod pair;
-pub mod pair_i32;
+pub mod kinds;
+pub mod monitor;
 pub mod report;
 
 /// Reached by nothing: the archive holds no path to it, and `measure` looks.

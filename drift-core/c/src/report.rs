@@ -1,13 +1,17 @@
 //! The report as C sees it.
 
-use drift_core::{ChannelKind, ChannelReport, Report, Side};
+use drift_core::{
+    ChannelKind, ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, PairIndices, Report, Side,
+    TotalExcluded,
+};
 
 use crate::codes::{
     self, drift_index_t, drift_kind_t, drift_location_t, drift_moved_t, drift_side_t, drift_verdict_t,
 };
+use crate::config::DRIFT_CHANNELS;
 
 /// Bytes of a report.
-pub const DRIFT_REPORT_BYTES: usize = 264;
+pub const DRIFT_REPORT_BYTES: usize = 292;
 const _: () = assert!(size_of::<drift_report_t>() == DRIFT_REPORT_BYTES);
 
 /// One channel at one decision.
@@ -30,6 +34,8 @@ pub struct drift_channel_report_t {
     pub cusum_high: f32,
     /// See cusum_high.
     pub cusum_low: f32,
+    /// The weighted average, sigmas.
+    pub ewma_mean: f32,
     /// SPRT's two log-likelihood ratios.
     pub sprt_high: f32,
     /// See sprt_high.
@@ -50,6 +56,8 @@ pub struct drift_channel_report_t {
     pub alarm_shewhart: drift_side_t,
     /// See alarm_shewhart.
     pub alarm_cusum: drift_side_t,
+    /// See alarm_shewhart.
+    pub alarm_ewma: drift_side_t,
     /// See alarm_shewhart.
     pub alarm_sprt: drift_side_t,
     /// 1: x lies outside what calibration saw.
@@ -100,7 +108,9 @@ pub struct drift_report_t {
     pub motion_effort: f32,
     /// Mean of |dy|/dt.
     pub speed: f32,
-    /// Ticks left out since the last decision: no sample.
+    /// Ticks left out since the last decision, whatever the reason.
+    pub left_out: u16,
+    /// Of them, where the kind of monitor tells them apart: no sample.
     pub missing: u16,
     /// NaN or infinite.
     pub non_finite: u16,
@@ -113,7 +123,7 @@ pub struct drift_report_t {
     /// After a step of the reference.
     pub blanked: u16,
     /// The channels.
-    pub channels: [drift_channel_report_t; 3],
+    pub channels: [drift_channel_report_t; DRIFT_CHANNELS],
 }
 
 fn side(side: Option<Side>) -> drift_side_t {
@@ -124,39 +134,145 @@ fn side(side: Option<Side>) -> drift_side_t {
     }
 }
 
-impl drift_report_t {
-    pub(crate) fn of<const C: usize>(report: &Report<C>) -> Self {
-        let (i, x) = (&report.indices, &report.excluded);
-        let mut channels = [drift_channel_report_t::EMPTY; 3];
-        for (to, from) in channels.iter_mut().zip(&report.channels) {
-            *to = drift_channel_report_t::of(from);
+/// An index set's numbers in a report.
+pub(crate) trait ReportedIndices {
+    /// Writes them.
+    fn report(&self, into: &mut drift_report_t);
+}
+
+impl ReportedIndices for PairIndices {
+    fn report(&self, into: &mut drift_report_t) {
+        (into.e_u, into.iae) = (self.e_u, self.error);
+    }
+}
+
+impl ReportedIndices for Indices {
+    fn report(&self, into: &mut drift_report_t) {
+        (into.e_u, into.iae, into.ise, into.itae, into.itse) =
+            (self.e_u, self.iae, self.ise, self.itae, self.itse);
+        (into.mean_u, into.mean_y, into.mean_e) = (self.mean_u, self.mean_y, self.mean_e);
+        (into.peak_u, into.peak_e) = (self.peak_u, self.peak_e);
+        (into.reference_activity, into.motion_effort) = (self.reference_activity, self.motion_effort);
+        into.speed = self.speed;
+    }
+}
+
+/// Counts of ticks left out in a report.
+pub(crate) trait ReportedExclusions {
+    /// Writes them.
+    fn report(&self, into: &mut drift_report_t);
+}
+
+impl ReportedExclusions for TotalExcluded {
+    fn report(&self, into: &mut drift_report_t) {
+        into.left_out = self.ticks;
+    }
+}
+
+impl ReportedExclusions for Excluded {
+    fn report(&self, into: &mut drift_report_t) {
+        into.left_out = self.total().min(u32::from(u16::MAX)) as u16;
+        (into.missing, into.non_finite, into.out_of_range) =
+            (self.missing, self.non_finite, self.out_of_range);
+        (into.saturated, into.manual, into.blanked) = (self.saturated, self.manual, self.blanked);
+    }
+}
+
+/// What detectors hold in a report.
+pub(crate) trait ReportedDetectors {
+    /// Writes it.
+    fn report(&self, into: &mut drift_channel_report_t);
+}
+
+impl ReportedDetectors for () {
+    fn report(&self, _: &mut drift_channel_report_t) {}
+}
+
+impl ReportedDetectors for DetectorStates {
+    fn report(&self, into: &mut drift_channel_report_t) {
+        (into.cusum_high, into.cusum_low) = (self.cusum.high, self.cusum.low);
+        into.ewma_mean = self.ewma.mean;
+        (into.sprt_high, into.sprt_low) = (self.sprt.high, self.sprt.low);
+    }
+}
+
+/// The refitted curve in a report.
+pub(crate) trait ReportedCurve {
+    /// Writes it.
+    fn report(&self, into: &mut drift_channel_report_t);
+}
+
+impl ReportedCurve for () {
+    fn report(&self, _: &mut drift_channel_report_t) {}
+}
+
+impl ReportedCurve for Option<FaultCurve> {
+    fn report(&self, into: &mut drift_channel_report_t) {
+        if let Some(curve) = self {
+            into.has_fault_curve = 1;
+            into.moved = curve.moved as u8;
+            (into.fault_b0, into.fault_b1, into.fault_shift) = (curve.b0, curve.b1, curve.shift);
+            into.fault_windows = curve.windows;
         }
-        Self {
-            hop: report.hop,
-            valid: u8::from(report.status == drift_core::WindowStatus::Valid),
-            verdict: report.verdict as u8,
-            location: report.location as u8,
-            channel_count: C as u8,
-            e_u: i.e_u,
-            iae: i.iae,
-            ise: i.ise,
-            itae: i.itae,
-            itse: i.itse,
-            mean_u: i.mean_u,
-            mean_y: i.mean_y,
-            mean_e: i.mean_e,
-            peak_u: i.peak_u,
-            peak_e: i.peak_e,
-            reference_activity: i.reference_activity,
-            motion_effort: i.motion_effort,
-            speed: i.speed,
-            missing: x.missing,
-            non_finite: x.non_finite,
-            out_of_range: x.out_of_range,
-            saturated: x.saturated,
-            manual: x.manual,
-            blanked: x.blanked,
-            channels,
+    }
+}
+
+impl drift_report_t {
+    const EMPTY: Self = Self {
+        hop: 0,
+        valid: 0,
+        verdict: 0,
+        location: 0,
+        channel_count: 0,
+        e_u: f32::NAN,
+        iae: f32::NAN,
+        ise: f32::NAN,
+        itae: f32::NAN,
+        itse: f32::NAN,
+        mean_u: f32::NAN,
+        mean_y: f32::NAN,
+        mean_e: f32::NAN,
+        peak_u: f32::NAN,
+        peak_e: f32::NAN,
+        reference_activity: f32::NAN,
+        motion_effort: f32::NAN,
+        speed: f32::NAN,
+        left_out: 0,
+        missing: 0,
+        non_finite: 0,
+        out_of_range: 0,
+        saturated: 0,
+        manual: 0,
+        blanked: 0,
+        channels: [drift_channel_report_t::EMPTY; DRIFT_CHANNELS],
+    };
+
+    /// Writes a report.
+    ///
+    /// # Safety
+    /// `into` is aligned and points to memory of its type.
+    pub(crate) unsafe fn fill<const C: usize, I, X, D, F>(
+        into: *mut Self,
+        report: &Report<C, I, X, ChannelReport<D, F>>,
+    ) where
+        I: ReportedIndices,
+        X: ReportedExclusions,
+        D: ReportedDetectors,
+        F: ReportedCurve,
+    {
+        // SAFETY: the caller's promise; written before it is referred to.
+        let into = unsafe {
+            into.write(Self::EMPTY);
+            &mut *into
+        };
+        into.hop = report.hop;
+        into.valid = u8::from(report.status == drift_core::WindowStatus::Valid);
+        (into.verdict, into.location) = (report.verdict as u8, report.location() as u8);
+        into.channel_count = C as u8;
+        report.indices.report(into);
+        report.excluded.report(into);
+        for (to, from) in into.channels.iter_mut().zip(&report.channels) {
+            to.fill(from);
         }
     }
 }
@@ -171,6 +287,7 @@ impl drift_channel_report_t {
         z: f32::NAN,
         cusum_high: 0.0,
         cusum_low: 0.0,
+        ewma_mean: 0.0,
         sprt_high: 0.0,
         sprt_low: 0.0,
         fault_b0: 0.0,
@@ -181,44 +298,26 @@ impl drift_channel_report_t {
         side: 0,
         alarm_shewhart: 0,
         alarm_cusum: 0,
+        alarm_ewma: 0,
         alarm_sprt: 0,
         extrapolated: 0,
         has_fault_curve: 0,
         moved: 0,
     };
 
-    fn of(c: &ChannelReport) -> Self {
-        let (kind, index) = match c.kind {
+    fn fill<D: ReportedDetectors, F: ReportedCurve>(&mut self, c: &ChannelReport<D, F>) {
+        (self.kind, self.index) = match c.kind {
             ChannelKind::EnergyError(index) => (codes::DRIFT_ENERGY_ERROR, index as u32),
             ChannelKind::Effort => (codes::DRIFT_EFFORT, 0),
             ChannelKind::MotionEffort => (codes::DRIFT_MOTION_EFFORT, 0),
             ChannelKind::Activity => (codes::DRIFT_ACTIVITY, 0),
         };
-        let mut out = Self {
-            kind,
-            index,
-            x: c.x,
-            value: c.value,
-            residual: c.residual,
-            z: c.z,
-            cusum_high: c.detectors.cusum.high,
-            cusum_low: c.detectors.cusum.low,
-            sprt_high: c.detectors.sprt.high,
-            sprt_low: c.detectors.sprt.low,
-            verdict: c.verdict as u8,
-            side: side(c.side),
-            alarm_shewhart: side(c.alarms.shewhart),
-            alarm_cusum: side(c.alarms.cusum),
-            alarm_sprt: side(c.alarms.sprt),
-            extrapolated: u8::from(c.extrapolated),
-            ..Self::EMPTY
-        };
-        if let Some(curve) = &c.fault_curve {
-            out.has_fault_curve = 1;
-            out.moved = curve.moved as u8;
-            (out.fault_b0, out.fault_b1, out.fault_shift) = (curve.b0, curve.b1, curve.shift);
-            out.fault_windows = curve.windows;
-        }
-        out
+        (self.x, self.value, self.residual, self.z) = (c.x, c.value, c.residual, c.z);
+        (self.verdict, self.side) = (c.verdict as u8, side(c.side));
+        (self.alarm_shewhart, self.alarm_cusum) = (side(c.alarms.shewhart), side(c.alarms.cusum));
+        (self.alarm_ewma, self.alarm_sprt) = (side(c.alarms.ewma), side(c.alarms.sprt));
+        self.extrapolated = u8::from(c.extrapolated);
+        c.detectors.report(self);
+        c.fault_curve.report(self);
     }
 }

@@ -1,6 +1,7 @@
 //! Two-sided CUSUM (Page 1954) with optional head start (Lucas & Crosier 1982).
 
-use super::Side;
+use super::{Detector, DetectorState, Side};
+use crate::store::{Reader, Writer};
 
 /// `high = max(0, high + z - k)`, `low = max(0, low - z - k)`; alarm above `h`.
 ///
@@ -30,9 +31,16 @@ pub struct CusumState {
     pub low: f32,
 }
 
-impl CusumState {
-    /// No evidence.
-    pub const ZERO: Self = Self { high: 0.0, low: 0.0 };
+impl DetectorState for CusumState {
+    const ZERO: Self = Self { high: 0.0, low: 0.0 };
+    const BYTES: usize = 8;
+    fn write(&self, to: &mut Writer<'_>) {
+        to.f32(self.high);
+        to.f32(self.low);
+    }
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self { high: from.f32()?, low: from.f32()? })
+    }
 }
 
 impl Cusum {
@@ -48,14 +56,26 @@ impl Cusum {
         self
     }
 
-    /// The state before the first decision.
-    pub fn start(&self) -> CusumState {
+    pub(crate) const fn valid(&self) -> bool {
+        self.k.is_finite()
+            && self.k >= 0.0
+            && self.h.is_finite()
+            && self.h > 0.0
+            && self.head_start >= 0.0
+            && self.head_start < 1.0
+    }
+}
+
+impl Detector for Cusum {
+    type State = CusumState;
+
+    fn start(&self) -> CusumState {
         let s = self.head_start * self.h;
         CusumState { high: s, low: s }
     }
 
-    /// One decision. After an alarm both sums start anew.
-    pub fn update(&self, state: &mut CusumState, z: f32) -> Option<Side> {
+    /// After an alarm both sums start anew.
+    fn update(&self, state: &mut CusumState, z: f32) -> Option<Side> {
         state.high = positive(state.high + (z - self.k));
         state.low = positive(state.low - (z + self.k));
         let side = if state.high > self.h {
@@ -69,20 +89,12 @@ impl Cusum {
         Some(side)
     }
 
-    pub(crate) fn possible(&self, state: &CusumState) -> bool {
+    fn possible(&self, state: &CusumState) -> bool {
         [state.high, state.low].into_iter().all(|sum| (0.0..=self.h).contains(&sum))
     }
 
-    pub(crate) fn valid(&self) -> bool {
-        self.k.is_finite()
-            && self.k >= 0.0
-            && self.h.is_finite()
-            && self.h > 0.0
-            && (0.0..1.0).contains(&self.head_start)
-    }
-
-    pub(crate) const fn words(&self) -> [f32; 3] {
-        [self.k, self.h, self.head_start]
+    fn each_number(&self, each: impl FnMut(f32)) {
+        [self.k, self.h, self.head_start].into_iter().for_each(each);
     }
 }
 

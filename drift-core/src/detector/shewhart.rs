@@ -1,6 +1,6 @@
 //! Shewhart limits: one standardised residual beyond a limit.
 
-use super::Side;
+use super::{Detector, Side};
 
 /// Limits on a single standardised residual, sigmas. With Gaussian residuals +-3 gives one false alarm in 370
 /// decisions; a skewed index needs unequal limits, which calibration finds.
@@ -31,11 +31,25 @@ impl Shewhart {
         }
     }
 
-    pub(crate) fn valid(&self) -> bool {
+    pub(crate) const fn valid(&self) -> bool {
         self.upper.is_finite() && self.lower.is_finite() && self.upper > 0.0 && self.lower < 0.0
     }
+}
 
-    pub(crate) const fn words(&self) -> [f32; 2] {
-        [self.lower, self.upper]
+impl Detector for Shewhart {
+    type State = ();
+
+    fn start(&self) {}
+
+    fn update(&self, (): &mut (), z: f32) -> Option<Side> {
+        self.check(z)
+    }
+
+    fn possible(&self, (): &()) -> bool {
+        true
+    }
+
+    fn each_number(&self, each: impl FnMut(f32)) {
+        [self.lower, self.upper].into_iter().for_each(each);
     }
 }

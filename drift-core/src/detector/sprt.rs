@@ -1,8 +1,9 @@
 //! Repeated sequential probability ratio test (Wald 1945) in both directions: restarts whenever it has accepted
 //! the healthy hypothesis.
 
-use super::Side;
+use super::{Detector, DetectorState, Side};
 use crate::math;
+use crate::store::{Reader, Writer};
 
 /// Log-likelihood increments `constant +- linear*z + quadratic*z^2`, one test each side; alarm at `upper`,
 /// restart at `lower`.
@@ -33,9 +34,16 @@ pub struct SprtState {
     pub low: f32,
 }
 
-impl SprtState {
-    /// No evidence.
-    pub const ZERO: Self = Self { high: 0.0, low: 0.0 };
+impl DetectorState for SprtState {
+    const ZERO: Self = Self { high: 0.0, low: 0.0 };
+    const BYTES: usize = 8;
+    fn write(&self, to: &mut Writer<'_>) {
+        to.f32(self.high);
+        to.f32(self.low);
+    }
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        Some(Self { high: from.f32()?, low: from.f32()? })
+    }
 }
 
 impl Sprt {
@@ -56,11 +64,35 @@ impl Sprt {
         }
     }
 
-    /// One decision. The side that alarms or accepts the healthy hypothesis starts anew.
+    /// The ratio that the next decision starts from.
+    fn after(&self, ratio: f32) -> f32 {
+        // NaN, the difference of two overflows, starts anew as well: no state may stay poisoned.
+        if ratio > self.lower && ratio < self.upper { ratio } else { 0.0 }
+    }
+
+    pub(crate) const fn valid(&self) -> bool {
+        self.constant.is_finite()
+            && self.linear.is_finite()
+            && self.quadratic.is_finite()
+            && self.upper.is_finite()
+            && self.lower.is_finite()
+            && self.upper > 0.0
+            && self.lower < 0.0
+    }
+}
+
+impl Detector for Sprt {
+    type State = SprtState;
+
+    fn start(&self) -> SprtState {
+        SprtState::ZERO
+    }
+
+    /// The side that alarms or accepts the healthy hypothesis starts anew.
     ///
     /// An alternative in the deviation can alarm on both sides at once: the side of the larger ratio is named, and
     /// between equal ratios the sign of z decides.
-    pub fn update(&self, state: &mut SprtState, z: f32) -> Option<Side> {
+    fn update(&self, state: &mut SprtState, z: f32) -> Option<Side> {
         let even = self.constant + self.quadratic * (z * z);
         let odd = self.linear * z;
         let (high, low) = (state.high + (even + odd), state.low + (even - odd));
@@ -74,21 +106,11 @@ impl Sprt {
         Some(if low >= self.upper && !high_is_larger { Side::Low } else { Side::High })
     }
 
-    /// The ratio that the next decision starts from.
-    fn after(&self, ratio: f32) -> f32 {
-        // NaN, the difference of two overflows, starts anew as well: no state may stay poisoned.
-        if ratio > self.lower && ratio < self.upper { ratio } else { 0.0 }
-    }
-
-    pub(crate) fn possible(&self, state: &SprtState) -> bool {
+    fn possible(&self, state: &SprtState) -> bool {
         [state.high, state.low].into_iter().all(|ratio| ratio > self.lower && ratio < self.upper)
     }
 
-    pub(crate) fn valid(&self) -> bool {
-        self.words().iter().all(|x| x.is_finite()) && self.upper > 0.0 && self.lower < 0.0
-    }
-
-    pub(crate) const fn words(&self) -> [f32; 5] {
-        [self.constant, self.linear, self.quadratic, self.upper, self.lower]
+    fn each_number(&self, each: impl FnMut(f32)) {
+        [self.constant, self.linear, self.quadratic, self.upper, self.lower].into_iter().for_each(each);
     }
 }

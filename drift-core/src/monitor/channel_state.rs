@@ -1,69 +1,108 @@
 //! What a channel makes of a window: its residual, its detectors, its verdict.
 
-use crate::channel::{Channel, ChannelKind, ChannelReport, FaultCurve};
-use crate::course::{Course, Decision, Verdict};
-use crate::detector::{Alarms, DetectorStates};
-use crate::index::Indices;
+use crate::channel::{Channel, ChannelKind, ChannelReport};
+use crate::course::{COURSE_BYTES, Course, Curve, Decision, Verdict};
+use crate::detector::{Alarms, DetectorSet, DetectorState};
+use crate::memory::MemoryKind;
+use crate::options::Options;
+use crate::store::{Reader, Writer};
 
 /// What one channel remembers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ChannelState {
-    pub(super) detectors: DetectorStates,
-    pub(super) course: Course,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ChannelState<O: Options> {
+    detectors: <O::Detectors as DetectorSet>::State,
+    pub(super) course: Course<O::Curve>,
+    memory: <O::Memory as MemoryKind>::State,
 }
 
-/// The report of a window that no channel has judged yet.
-pub(super) fn unjudged(kind: ChannelKind) -> ChannelReport {
+/// What a channel reports.
+pub(super) type Out<O> =
+    ChannelReport<<<O as Options>::Detectors as DetectorSet>::Shown, <<O as Options>::Curve as Curve>::Shown>;
+
+/// The report of a channel that has not judged anything yet; the kind is still to be written.
+#[inline(always)]
+pub(super) const fn unjudged<O: Options>() -> Out<O> {
     ChannelReport {
-        kind,
+        kind: ChannelKind::Effort,
         x: f32::NAN,
         value: f32::NAN,
         residual: f32::NAN,
         z: f32::NAN,
         extrapolated: false,
-        detectors: DetectorStates {
-            cusum: crate::detector::CusumState::ZERO,
-            sprt: crate::detector::SprtState::ZERO,
-        },
+        detectors: O::Detectors::NOT_SHOWN,
         alarms: Alarms::NONE,
         verdict: Verdict::Healthy,
         side: None,
-        fault_curve: None,
+        fault_curve: O::Curve::NOT_SHOWN,
     }
 }
 
-impl ChannelState {
-    #[inline(never)]
-    pub(super) fn judge(
-        &mut self,
-        decision: &Decision,
-        channel: &Channel,
-        indices: Option<&Indices>,
-        out: &mut ChannelReport,
-    ) {
-        out.verdict = self.course.verdict();
-        if let Some(indices) = indices {
-            (out.x, out.value) = channel.kind.coordinates(indices);
-            if channel.baseline.learned() {
-                self.judge_residual(decision, channel, out);
-            }
-        }
-        out.detectors = self.detectors;
-        out.side = self.course.side();
-        out.fault_curve = self.course.drifted().map(|fit| FaultCurve::of(fit, &channel.baseline));
+impl<O: Options> ChannelState<O> {
+    /// Saved bytes.
+    pub(super) const BYTES: usize =
+        <O::Detectors as DetectorSet>::State::BYTES + COURSE_BYTES + O::Curve::BYTES + O::Memory::BYTES;
+
+    /// Before the detectors are started.
+    pub(super) const FRESH: Self =
+        Self { detectors: DetectorState::ZERO, course: Course::HEALTHY, memory: O::Memory::START };
+
+    /// Alarms and the course are forgotten, the windows before are not.
+    pub(super) fn acknowledge(&mut self, channel: &Channel) {
+        self.detectors = O::Detectors::start(&channel.detectors);
+        self.course = Course::HEALTHY;
     }
 
-    fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut ChannelReport) {
-        let residual = channel.baseline.residual(out.x, out.value);
-        let z = channel.baseline.standardise(out.x, residual);
+    /// One decision; x and value are in the report already, NaN where they are not known.
+    pub(super) fn judge(&mut self, decision: &Decision, channel: &Channel, out: &mut Out<O>) {
+        (out.residual, out.z) = (f32::NAN, f32::NAN);
+        out.extrapolated = false;
+        out.alarms = Alarms::NONE;
+        out.verdict = self.course.verdict();
+        if channel.baseline.learned() {
+            self.judge_residual(decision, channel, out);
+        }
+        out.detectors = O::Detectors::shown(&self.detectors);
+        out.side = self.course.side();
+        out.fault_curve = self.course.curve(&channel.baseline);
+    }
+
+    #[inline(always)]
+    fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut Out<O>) {
+        let carried = O::Memory::carried(&channel.memory, &self.memory);
+        // An index that is not known leaves a hole in the memory.
+        if (out.x + out.value).is_finite() {
+            O::Memory::remember(&mut self.memory, out.x, out.value);
+        } else {
+            O::Memory::forget(&mut self.memory);
+        }
+        let Some(carried) = carried else { return };
+        let value = if O::Memory::LINKED { out.value - carried } else { out.value };
+        let baseline = &channel.baseline;
+        let residual = baseline.residual(out.x, value);
+        let z = if O::PREDICTION { baseline.standardise(out.x, residual) } else { residual / baseline.sigma };
         // A unit that makes an index overflow must not poison the detectors.
         if !z.is_finite() {
             return;
         }
         out.residual = residual;
         out.z = z;
-        out.extrapolated = out.x < channel.baseline.x_min || out.x > channel.baseline.x_max;
-        out.alarms = channel.detectors.update(&mut self.detectors, z);
-        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, out.value);
+        out.extrapolated = out.x < baseline.x_min || out.x > baseline.x_max;
+        O::Detectors::update(&channel.detectors, &mut self.detectors, z, &mut out.alarms);
+        out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, value);
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        self.detectors.write(to);
+        self.course.write(to);
+        O::Memory::write(&self.memory, to);
+    }
+
+    /// A state that this channel can hold.
+    pub(super) fn read(from: &mut Reader<'_>, decision: &Decision, channel: &Channel) -> Option<Self> {
+        let detectors = DetectorState::read(from)?;
+        let course = Course::read(from)?;
+        let memory = O::Memory::read(from)?;
+        let possible = O::Detectors::possible(&channel.detectors, &detectors) && course.possible(decision);
+        possible.then_some(Self { detectors, course, memory })
     }
 }

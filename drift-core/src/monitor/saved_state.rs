@@ -1,60 +1,67 @@
 //! The monitor's state in bytes: over a restart, a restored one goes on bit for bit.
 
-use super::{Link, Monitor};
-use crate::course::{COURSE_BYTES, Course};
-use crate::detector::{DETECTOR_BYTES, DetectorStates};
-use crate::error_sums::Trace;
+use super::channel_state::ChannelState;
+use super::{Link, Monitor, Plan, State};
+use crate::blanking::{BlankingKind, BlankingState};
 use crate::index_set::IndexSet;
 use crate::number::Number;
-use crate::sample::Excluded;
+use crate::options::Options;
+use crate::sample::Exclusions;
 use crate::store::{CHECKSUM_BYTES, HEADER_BYTES, Owner, Reader, StateError, Writer};
+use crate::trace::Trace;
+use crate::window::{Blocks, WindowKind};
 
-/// Saved numbers besides header, blocks and channels.
-const FIXED_BYTES: usize = 32;
+/// Saved numbers of a fixed size: three u16, two u8, one u32.
+const FIXED_BYTES: usize = 12;
 
-impl<N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'_, N, S, B, C> {
-    /// Bytes that [`Monitor::save`] needs at most.
+impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
+    /// Bytes that [`Plan::save`] needs.
     pub const STATE_BYTES: usize = HEADER_BYTES
         + FIXED_BYTES
-        + (B + 1) * size_of::<S::Block>()
+        + S::SUMS * (N::SUM_BYTES + N::JOINED_BYTES)
+        + size_of::<S::Peaks>()
+        + <<O::Window as WindowKind>::Blocks<S::Closed, S::Placed> as Blocks<S::Closed, S::Placed>>::BYTES
         + <S::Trace as Trace<N>>::BYTES
-        + C * (DETECTOR_BYTES + COURSE_BYTES)
+        + <<O::Blanking as BlankingKind>::State<N> as BlankingState<N>>::BYTES
+        + O::Excluded::BYTES
+        + C * ChannelState::<O>::BYTES
         + CHECKSUM_BYTES;
 
     fn owner(&self) -> Owner {
         Owner {
             number: N::TAG,
             set: S::TAG,
-            capacity: B as u16,
-            channels: C as u16,
+            capacity: if O::Window::SLIDES { O::Window::CAPACITY } else { 0 },
+            // The options, told apart by the length of what they remember.
+            channels: (C as u16) << 12 ^ (ChannelState::<O>::BYTES as u16),
             fingerprint: self.config.fingerprint(),
         }
     }
 
-    /// Writes everything that the monitor remembers; a restored one goes on bit for bit. Returns the bytes used.
+    /// Writes everything that the monitor remembers; a restored one goes on bit for bit. Returns the bytes used,
+    /// [`Plan::STATE_BYTES`].
     ///
     /// # Errors
-    /// [`StateError::BufferTooSmall`]; [`Monitor::STATE_BYTES`] always suffice.
-    pub fn save(&self, into: &mut [u8]) -> Result<usize, StateError> {
+    /// [`StateError::BufferTooSmall`]; nothing is written then.
+    pub fn save(&self, state: &State<N, S, O, C>, into: &mut [u8]) -> Result<usize, StateError> {
+        if into.len() < Self::STATE_BYTES {
+            return Err(StateError::BufferTooSmall);
+        }
         Writer::envelope(into, self.owner(), |to| {
-            to.u8(self.whole_run);
-            to.u16(self.tick_in_block);
-            to.u16(self.left_out);
-            self.trace.write(to);
-            to.u16(self.blocks_to_hop);
-            to.u32(self.blank_ticks);
-            to.u8(self.link as u8);
-            to.u32(self.r_before.to_word());
-            self.excluded.as_array().into_iter().for_each(|n| to.u16(n));
-            to.u32(self.hop);
-            S::write(&self.strip, to);
-            // The oldest first, the open one last: wherever the ring stood, the bytes are the same.
-            let (newer, older) = self.ring.split_at_checked(usize::from(self.open) + 1).unwrap_or_default();
-            older.iter().chain(newer).for_each(|block| S::write(block, to));
-            for channel in &self.channels {
-                channel.detectors.write(to);
-                channel.course.write(to);
-            }
+            to.u16(state.tick_in_block);
+            to.u16(state.left_out);
+            to.u16(state.blocks_to_hop);
+            to.u8(state.link as u8);
+            to.u8(u8::from(state.counted));
+            to.u32(state.report.hop);
+            state.report.excluded.write(to);
+            state.trace.write(to);
+            state.blanking.write(to);
+            state.sums.as_ref().iter().for_each(|sum| N::write_sum(*sum, to));
+            state.joined.as_ref().iter().for_each(|joined| N::write_joined(joined, to));
+            state.peaks.as_ref().iter().for_each(|peak| to.u32(peak.to_word()));
+            state.window.write(to);
+            state.channels.iter().for_each(|channel| channel.write(to));
         })
     }
 
@@ -62,61 +69,85 @@ impl<N: Number, S: IndexSet<N>, const B: usize, const C: usize> Monitor<'_, N, S
     ///
     /// # Errors
     /// The bytes are torn, damaged, of another layout version, another kind of monitor or another configuration;
-    /// the monitor is then unchanged.
-    pub fn restore(&mut self, from: &[u8]) -> Result<(), StateError> {
+    /// the state is then unchanged.
+    pub fn restore(&self, state: &mut State<N, S, O, C>, from: &[u8]) -> Result<(), StateError> {
         let mut payload = Reader::open(from, self.owner())?;
-        let mut restored = Self::new(self.config).map_err(|_| StateError::OtherConfig)?;
-        restored.read(&mut payload).ok_or(StateError::Impossible)?;
-        if !payload.is_empty() {
-            return Err(StateError::Impossible);
-        }
-        *self = restored;
+        let restored = self.read(&mut payload).filter(|_| payload.is_empty());
+        *state = restored.ok_or(StateError::Impossible)?;
         Ok(())
     }
 
-    fn read(&mut self, from: &mut Reader<'_>) -> Option<()> {
-        self.whole_run = from.u8()?;
-        self.tick_in_block = from.u16()?;
-        self.look_at = self.tick_in_block.wrapping_add(1);
-        self.left_out = from.u16()?;
-        self.trace = S::Trace::read(from)?;
-        self.blocks_to_hop = from.u16()?;
-        self.blank_ticks = from.u32()?;
-        self.link = match from.u8()? {
+    fn read(&self, from: &mut Reader<'_>) -> Option<State<N, S, O, C>> {
+        let mut state = self.start();
+        state.tick_in_block = from.u16()?;
+        state.look_at = state.tick_in_block.wrapping_add(1);
+        state.left_out = from.u16()?;
+        state.blocks_to_hop = from.u16()?;
+        state.link = match from.u8()? {
             0 => Link::None,
             1 => Link::Gap,
             2 => Link::Tick,
             _ => return None,
         };
-        self.r_before = N::from_word(from.u32()?);
-        let mut counts = [0u16; 6];
-        for count in &mut counts {
-            *count = from.u16()?;
+        state.counted = match from.u8()? {
+            0 => false,
+            1 => true,
+            _ => return None,
+        };
+        state.report.hop = from.u32()?;
+        state.report.excluded = O::Excluded::read(from)?;
+        state.trace = S::Trace::read(from)?;
+        state.blanking = BlankingState::read(from)?;
+        for sum in state.sums.as_mut() {
+            *sum = N::read_sum(from)?;
         }
-        self.excluded = Excluded::from_array(counts);
-        self.hop = from.u32()?;
-        self.strip = S::read(from)?;
-        for block in &mut self.ring {
-            *block = S::read(from)?;
+        for joined in state.joined.as_mut() {
+            *joined = N::read_joined(from)?;
         }
-        self.open = (B - 1) as u8;
-        for (state, channel) in self.channels.iter_mut().zip(&self.config.channels) {
-            state.detectors =
-                DetectorStates::read(from).filter(|states| channel.detectors.possible(states))?;
-            state.course = Course::read(from).filter(|course| course.possible(&self.config.decision))?;
+        for peak in state.peaks.as_mut() {
+            *peak = N::from_word(from.u32()?);
+            if peak.non_finite() {
+                return None;
+            }
         }
-        self.possible().then_some(())
+        state.window = Blocks::read(from)?;
+        for (state, channel) in state.channels.iter_mut().zip(&self.config.channels) {
+            *state = ChannelState::read(from, &self.config.decision, channel)?;
+        }
+        self.possible(&state).then_some(state)
     }
 
-    /// What only damage beyond the checksum, or another program, could have written.
-    fn possible(&self) -> bool {
-        let left_out = u32::from(self.left_out);
-        u32::from(self.tick_in_block) < self.config.block_ticks
-            && left_out + u32::from(self.trace.unpaired()) <= u32::from(self.tick_in_block)
-            && self.trace.time_left_out() <= left_out * u32::from(self.tick_in_block)
-            && (1..=self.config.hop_blocks.max(Self::first_hop(self.config))).contains(&self.blocks_to_hop)
-            && self.blank_ticks <= self.config.blanking.as_ref().map_or(0, |b| b.ticks)
-            && self.r_before.admissible()
-            && self.trace.y_before().admissible()
+    /// What only damage beyond the checksum, or another program, could not have written.
+    fn possible(&self, state: &State<N, S, O, C>) -> bool {
+        let (tick, left_out) = (u32::from(state.tick_in_block), u32::from(state.left_out));
+        let (r_before, y_before) = state.trace.before();
+        tick < self.config.block_ticks
+            && left_out.saturating_add(u32::from(state.trace.unpaired())) <= tick
+            && state.trace.time_left_out() <= left_out.saturating_mul(tick)
+            && (1..=self.config.hop_blocks.max(self.first_hop())).contains(&state.blocks_to_hop)
+            && state.blanking.ticks() <= self.config.blanking.as_ref().map_or(0, |b| b.ticks)
+            && r_before.admissible()
+            && y_before.admissible()
+    }
+}
+
+impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Monitor<N, S, O, C> {
+    /// As [`Plan::STATE_BYTES`].
+    pub const STATE_BYTES: usize = Plan::<N, S, O, C>::STATE_BYTES;
+
+    /// As [`Plan::save`].
+    ///
+    /// # Errors
+    /// As [`Plan::save`].
+    pub fn save(&self, into: &mut [u8]) -> Result<usize, StateError> {
+        self.plan.save(&self.state, into)
+    }
+
+    /// As [`Plan::restore`].
+    ///
+    /// # Errors
+    /// As [`Plan::restore`].
+    pub fn restore(&mut self, from: &[u8]) -> Result<(), StateError> {
+        self.plan.restore(&mut self.state, from)
     }
 }

@@ -1,6 +1,6 @@
 //! The configuration as Rust source, for a firmware that holds its baseline in flash.
 
-use drift_core::{Channel, ChannelKind, Index};
+use drift_core::{Channel, ChannelKind, Cusum, Index};
 
 use super::{BaselineFile, ChannelEntry};
 
@@ -60,6 +60,7 @@ fn channel(entry: &ChannelEntry) -> String {
                 x_min: {:?},
                 x_max: {:?},
             }},
+            memory: {},
             detectors: drift_core::Detectors {{
 {}            }},
         }},
@@ -72,26 +73,42 @@ fn channel(entry: &ChannelEntry) -> String {
         b.x_ss,
         b.x_min,
         b.x_max,
+        memory(&entry.channel),
         detectors(&entry.channel),
     )
 }
 
 fn detectors(channel: &Channel) -> String {
     let d = &channel.detectors;
-    let shewhart = option(d.shewhart.as_ref(), |d| {
-        format!("drift_core::Shewhart {{ lower: {:?}, upper: {:?} }}", d.lower, d.upper)
+    let shewhart = d.shewhart.map(|d| {
+        format!("shewhart: Some(drift_core::Shewhart {{ lower: {:?}, upper: {:?} }})", d.lower, d.upper)
     });
-    let cusum = option(d.cusum.as_ref(), |d| {
-        format!("drift_core::Cusum {{ k: {:?}, h: {:?}, head_start: {:?} }}", d.k, d.h, d.head_start)
+    let cusum = d.cusum.map(|d| {
+        let Cusum { k, h, head_start } = d;
+        format!("cusum: Some(drift_core::Cusum {{ k: {k:?}, h: {h:?}, head_start: {head_start:?} }})")
     });
-    let sprt = option(d.sprt.as_ref(), |d| {
+    let ewma = d
+        .ewma
+        .map(|d| format!("ewma: Some(drift_core::Ewma {{ lambda: {:?}, limit: {:?} }})", d.lambda, d.limit));
+    let sprt = d.sprt.map(|d| {
         format!(
-            "drift_core::Sprt {{ constant: {:?}, linear: {:?}, quadratic: {:?}, upper: {:?}, lower: {:?} }}",
+            "sprt: Some(drift_core::Sprt {{ constant: {:?}, linear: {:?}, quadratic: {:?}, upper: {:?}, lower: {:?} }})",
             d.constant, d.linear, d.quadratic, d.upper, d.lower
         )
     });
-    let indent = "                ";
-    format!("{indent}shewhart: {shewhart},\n{indent}cusum: {cusum},\n{indent}sprt: {sprt},\n")
+    let rest = Some("..drift_core::Detectors::NONE".to_owned());
+    let lines = [shewhart, cusum, ewma, sprt, rest].into_iter().flatten();
+    lines
+        .map(|line| format!("                {line}{}\n", if line.starts_with("..") { "" } else { "," }))
+        .collect()
+}
+
+fn memory(channel: &Channel) -> String {
+    let m = &channel.memory;
+    if m.order == 0 {
+        return "drift_core::Memory::NONE".to_owned();
+    }
+    format!("drift_core::Memory {{ order: {}, x: {:?}, value: {:?} }}", m.order, m.x, m.value)
 }
 
 fn kind(kind: ChannelKind) -> String {

@@ -72,6 +72,12 @@ fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
         ];
         numbers.iter().try_for_each(|(key, x)| writeln!(text, "{key} = {}", float(*x)))?;
     }
+    if channel.memory.order > 0 {
+        let m = &channel.memory;
+        let list = |of: &[f32]| of.iter().map(|x| float(*x)).collect::<Vec<_>>().join(", ");
+        writeln!(text, "\n[channel.memory]\norder = {}", m.order)?;
+        writeln!(text, "x = [{}]\nvalue = [{}]", list(&m.x), list(&m.value))?;
+    }
     if *detectors != drift_core::Detectors::NONE {
         writeln!(text, "\n[channel.detectors]")?;
     }
@@ -81,6 +87,9 @@ fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
     if let Some(d) = &detectors.cusum {
         let head_start = float(d.head_start);
         writeln!(text, "cusum = {{ k = {}, h = {}, head_start = {head_start} }}", float(d.k), float(d.h))?;
+    }
+    if let Some(d) = &detectors.ewma {
+        writeln!(text, "ewma = {{ lambda = {}, limit = {} }}", float(d.lambda), float(d.limit))?;
     }
     if let Some(d) = &detectors.sprt {
         let (constant, linear, quadratic) = (float(d.constant), float(d.linear), float(d.quadratic));

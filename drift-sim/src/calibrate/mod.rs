@@ -28,6 +28,7 @@
 pub mod autocorrelation;
 mod caution;
 mod marginal;
+mod memory;
 mod page;
 mod process;
 mod promise;
@@ -39,7 +40,7 @@ pub mod timing;
 mod warnings;
 mod windows;
 
-use drift_core::{Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Saturation};
+use drift_core::{Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Memory, Saturation};
 
 use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samples, Statistics, Timing};
 use crate::recording::{Recording, RowState};
@@ -111,6 +112,9 @@ pub struct Options {
     pub channels: [bool; 3],
     /// Effort to hold y, or along the motion.
     pub effort: Effort,
+    /// Windows that the effort channel remembers, 0 to 3; chosen by validation if there is none. The motion's effort
+    /// remembers none.
+    pub effort_memory: Option<u8>,
     /// What watches each channel.
     pub detectors: DetectorChoice,
     /// The CUSUM's reference value, half the shift to be found, sigmas; the SPRT's alternative is twice it.
@@ -135,6 +139,7 @@ impl Default for Options {
             confidence: 0.9,
             channels: [true; 3],
             effort: Effort::Holding,
+            effort_memory: Some(0),
             detectors: DetectorChoice { shewhart: true, cusum: true, sprt: false },
             k: 0.5,
             saturation: None,
@@ -157,6 +162,9 @@ impl Options {
         if !(0.1..=2.0).contains(&self.k) {
             return Err(Error::new(format!("k is {}", self.k)).allowed("0.1 to 2 sigmas"));
         }
+        if let Some(order) = self.effort_memory.filter(|&order| usize::from(order) > Memory::MOST) {
+            return Err(Error::new(format!("a memory of {order} windows")).allowed("0 to 3"));
+        }
         if self.detectors.count() == 0 {
             return Err(Error::new("no detector").allowed("shewhart, cusum, sprt, or several"));
         }
@@ -172,8 +180,10 @@ impl Options {
 pub struct ChannelFit {
     /// Which index is compared with which.
     pub kind: ChannelKind,
-    /// The line, in f64.
+    /// The line, in f64; of the value without what the windows before contribute.
     pub fit: Fit,
+    /// What the windows before contribute.
+    pub memory: Memory,
     /// The residuals' integrated autocorrelation time, windows; 1 if independent.
     pub integrated_time: f64,
     /// Independent windows that they are worth.
@@ -250,9 +260,27 @@ fn from_windows(
     }
     let overlap = usize::from(file.timing.window_blocks).div_ceil(usize::from(file.timing.hop_blocks));
     let (mut channels, mut without_x) = (Vec::new(), Vec::new());
+    let memories = [0, 1, 2].map(|position: usize| {
+        let remembers =
+            options.channels[position] && file.channels[position].channel.kind == ChannelKind::Effort;
+        if remembers {
+            memory::choose(&windows, position, overlap, options.effort_memory)
+        } else {
+            Memory::NONE
+        }
+    });
+    // A window without others before it is not judged by a channel that remembers: it teaches no channel.
+    let order = memories.iter().map(|m| usize::from(m.order)).max().unwrap_or(0);
+    let judged = memory::judged(&windows, order);
+    let carried = [0, 1, 2].map(|position: usize| {
+        let at = |&place: &usize| memory::carried(&windows, position, &memories[position], place);
+        judged.iter().map(at).collect::<Vec<f64>>()
+    });
+    let windows = windows.only(&judged);
     for position in (0..3).filter(|&p| options.channels[p]) {
         let kind = file.channels[position].channel.kind;
-        let channel = fit_channel(&windows, position, kind, overlap)?;
+        let remembered = (memories[position], carried[position].as_slice());
+        let channel = fit_channel(&windows, position, kind, overlap, remembered)?;
         if channel.fit.has_slope { channels.push(channel) } else { without_x.push(kind) }
     }
     if channels.is_empty() {
@@ -335,11 +363,19 @@ fn fit_channel(
     position: usize,
     kind: ChannelKind,
     overlap: usize,
+    (memory, carried): (Memory, &[f64]),
 ) -> Result<ChannelFit> {
     let x: Vec<f64> = windows.rows.iter().map(|w| f64::from(w.x[position])).collect();
-    let value: Vec<f64> = windows.rows.iter().map(|w| f64::from(w.value[position])).collect();
+    let value: Vec<f64> =
+        windows.rows.iter().zip(carried).map(|(w, carried)| f64::from(w.value[position]) - carried).collect();
     let reach = if overlap > 1 { 2 * overlap } else { 0 };
-    let fit = regression::fit(&x, &value, reach)?;
+    let mut fit = regression::fit(&x, &value, reach)?;
+    // The memory's coefficients were fitted to the same windows.
+    let spent = 2.0 * f64::from(memory.order);
+    let freedom = fit.n as f64 - 2.0;
+    if freedom > spent {
+        fit.rmse *= (freedom / (freedom - spent)).sqrt();
+    }
     let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     if fit.rmse <= 1e-6 * largest {
         return Err(Error::new(format!(
@@ -363,6 +399,7 @@ fn fit_channel(
         lag1: covariances.get(1).map_or(0.0, |c| c / variance),
         skewness: third / variance.powf(1.5),
         detectors: Detectors::NONE,
+        memory,
         fit,
     })
 }
@@ -415,7 +452,7 @@ impl ChannelFit {
             lag1: self.lag1,
             skewness: self.skewness,
         };
-        let channel = Channel { kind: self.kind, baseline, detectors: self.detectors };
+        let channel = Channel { memory: self.memory, ..Channel::new(self.kind, baseline, self.detectors) };
         ChannelEntry { channel, statistics: Some(statistics) }
     }
 }

@@ -113,8 +113,9 @@ impl Calibration {
 
     fn points(&self, fit: &ChannelFit) -> Vec<(f64, f64)> {
         let at = self.position(fit);
-        let of = |values: &[f32; 3]| values.get(at).map_or(f64::NAN, |v| f64::from(*v));
-        self.windows.iter().map(|w| (of(&w.x), of(&w.value))).collect()
+        let x = self.windows.iter().map(|w| w.x.get(at).map_or(f64::NAN, |x| f64::from(*x)));
+        // The value without what the windows before contribute: what the line is about.
+        x.zip(&fit.fit.residuals).map(|(x, residual)| (x, fit.fit.at(x) + residual)).collect()
     }
 
     fn planes(&self) -> Section {

@@ -49,6 +49,15 @@ impl Calibration {
                 channel.n_effective,
             )?;
         }
+        for channel in self.channels.iter().filter(|c| c.memory.order > 0) {
+            writeln!(
+                text,
+                "{} remembers {} windows; {:.0} % of a lasting shift stay visible",
+                channel.kind.name(),
+                channel.memory.order,
+                100.0 * channel.memory.visible(),
+            )?;
+        }
         writeln!(text, "\n{:13} alarms in sigmas", "channel")?;
         for channel in &self.channels {
             writeln!(text, "{:13} {}", channel.kind.name(), thresholds(&channel.detectors))?;
@@ -95,6 +104,7 @@ impl Calibration {
                     "r2": fit.r2, "adj_r2": fit.adj_r2, "rmse": fit.rmse,
                     "n": fit.n, "n_effective": c.n_effective, "integrated_time": c.integrated_time,
                     "lag1": c.lag1, "skewness": c.skewness,
+                    "memory": c.memory, "visible": c.memory.visible(),
                     "detectors": c.detectors,
                 })
             })

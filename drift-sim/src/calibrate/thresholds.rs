@@ -7,7 +7,9 @@
 //! the real detectors together have the wanted run length on the simulated residuals, since alarms that coincide
 //! count once. That scale is found at up to [`JOINT`] decisions and kept beyond.
 
-use drift_core::{Cusum, CusumState, Detectors, Shewhart, Sprt, SprtState};
+use drift_core::{
+    Cusum, CusumState, Detector, DetectorState, DetectorStates, Detectors, Shewhart, Sprt, SprtState,
+};
 use rayon::prelude::*;
 
 use super::caution::Margin;
@@ -154,6 +156,7 @@ impl<'p> Simulated<'p> {
             }),
             cusum: watched.cusum.get(c).map(|e| Cusum::new(self.k as f32, e.threshold(rate) as f32)),
             sprt: watched.sprt.get(c).map(|e| sprt(self.k, e.threshold(rate) as f32)),
+            ..Detectors::NONE
         };
         (0..self.process.channels.len()).map(of).collect()
     }
@@ -172,17 +175,13 @@ fn sprt(k: f64, upper: f32) -> Sprt {
 
 /// With an own copy of the states: the library's are private to a monitor.
 fn count_alarms(series: &Series, detectors: &[Detectors]) -> usize {
-    let start = |d: &Detectors| (d.cusum.map_or(CusumState::ZERO, |c| c.start()), SprtState::ZERO);
-    let fresh: Vec<(CusumState, SprtState)> = detectors.iter().map(start).collect();
+    let fresh: Vec<DetectorStates> = detectors.iter().map(Detectors::start).collect();
     let mut states = fresh.clone();
     let mut alarms = 0;
     for t in 0..series.first().map_or(0, Vec::len) {
         let mut any = false;
-        for ((z, detectors), (cusum, sprt)) in series.iter().zip(detectors).zip(&mut states) {
-            let z = z[t] as f32;
-            any |= detectors.shewhart.is_some_and(|d| d.check(z).is_some());
-            any |= detectors.cusum.is_some_and(|d| d.update(cusum, z).is_some());
-            any |= detectors.sprt.is_some_and(|d| d.update(sprt, z).is_some());
+        for ((z, detectors), states) in series.iter().zip(detectors).zip(&mut states) {
+            any |= detectors.update(states, z[t] as f32).side().is_some();
         }
         if any {
             alarms += 1;

@@ -37,7 +37,7 @@ pub(super) fn collect(recordings: &[Signals<'_>], file: &BaselineFile) -> Result
     let config = file.config()?;
     let (mut rows, mut invalid) = (Vec::new(), 0);
     for (recording, signals) in recordings.iter().enumerate() {
-        let mut monitor = HostMonitor::new(&config).map_err(|e| Error::new(e.to_string()))?;
+        let mut monitor = HostMonitor::new(config).map_err(|e| Error::new(e.to_string()))?;
         for (tick, input) in signals.inputs().enumerate() {
             let Some(report) = monitor.tick_input(input) else { continue };
             let x = report.channels.each_ref().map(|c| c.x);
@@ -54,6 +54,12 @@ pub(super) fn collect(recordings: &[Signals<'_>], file: &BaselineFile) -> Result
 }
 
 impl Windows {
+    /// Those at these places, in order.
+    pub(super) fn only(&self, places: &[usize]) -> Self {
+        let rows = places.iter().filter_map(|&place| self.rows.get(place).copied()).collect();
+        Self { invalid: self.invalid, ..Self::of(rows) }
+    }
+
     pub(super) fn of(rows: Vec<WindowRow>) -> Self {
         let follows =
             |a: &WindowRow, b: &WindowRow| a.recording == b.recording && a.hop.checked_add(1) == Some(b.hop);

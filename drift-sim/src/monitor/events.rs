@@ -1,7 +1,7 @@
 //! Decisions merged to events. A channel's course runs from its alarm until it is back on the baseline; courses
 //! that overlap in time are one event.
 
-use drift_core::{Alarms, Baseline, ChannelKind, ChannelReport, Config, FaultCurve, Location, Side, Verdict};
+use drift_core::{Baseline, ChannelKind, ChannelReport, Config, FaultCurve, Location, Side, Verdict};
 use serde::Serialize;
 
 use super::run::Hop;
@@ -42,6 +42,8 @@ pub enum Raised {
     Cusum,
     /// Sequential.
     Sprt,
+    /// The weighted average.
+    Ewma,
 }
 
 /// One channel's way from its alarm back to the baseline.
@@ -135,6 +137,7 @@ impl Rise {
 #[derive(Debug, Clone, Default)]
 struct ChannelTrack {
     cusum: Rise,
+    ewma: Rise,
     sprt: Rise,
     /// Place of its open course in the open event.
     open: Option<usize>,
@@ -174,7 +177,7 @@ impl Events {
             self.follow(i, channel, hop);
         }
         if let Some(event) = &mut self.open {
-            event.location = together(event.location, hop.report.location);
+            event.location = together(event.location, hop.report.location());
         }
         if self.tracks.iter().all(|t| t.open.is_none())
             && let Some(event) = self.open.take()
@@ -189,7 +192,8 @@ impl Events {
             && let Some(side) = channel.side.or(channel.alarms.side())
         {
             let course = self.begin(i, channel, side, hop);
-            let event = self.open.get_or_insert(Event { courses: Vec::new(), location: hop.report.location });
+            let event =
+                self.open.get_or_insert(Event { courses: Vec::new(), location: hop.report.location() });
             event.courses.push(course);
             let place = event.courses.len() - 1;
             if let Some(track) = self.tracks.get_mut(i) {
@@ -205,19 +209,27 @@ impl Events {
                 track.cusum.follow(cusum.high, cusum.low, hop.new_from_s);
             }
             track.sprt.follow(sprt.high, sprt.low, hop.new_from_s);
+            let mean = channel.detectors.ewma.mean;
+            track.ewma.follow(mean.max(0.0), (-mean).max(0.0), hop.new_from_s);
         }
     }
 
     fn begin(&self, i: usize, channel: &ChannelReport, side: Side, hop: &Hop) -> Course {
         let track = self.tracks.get(i).cloned().unwrap_or_default();
-        let Alarms { shewhart, cusum, sprt } = channel.alarms;
+        let alarms = channel.alarms;
         // The slow detectors saw it coming; the instant one sees the newest window only.
         let rises = [
-            cusum.and_then(|s| track.cusum.of(s)),
-            sprt.and_then(|s| track.sprt.of(s)),
+            alarms.cusum.and_then(|s| track.cusum.of(s)),
+            alarms.ewma.and_then(|s| track.ewma.of(s)),
+            alarms.sprt.and_then(|s| track.sprt.of(s)),
             Some(hop.new_from_s),
         ];
-        let raised = [(Raised::Shewhart, shewhart), (Raised::Cusum, cusum), (Raised::Sprt, sprt)];
+        let raised = [
+            (Raised::Shewhart, alarms.shewhart),
+            (Raised::Cusum, alarms.cusum),
+            (Raised::Ewma, alarms.ewma),
+            (Raised::Sprt, alarms.sprt),
+        ];
         Course {
             kind: channel.kind,
             side,

@@ -43,7 +43,7 @@ pub fn write_hop(out: &mut (impl Write + ?Sized), hop: &Hop) -> io::Result<()> {
             to_s: hop.to_s,
             status: report.status,
             verdict: report.verdict,
-            location: report.location,
+            location: report.location(),
             excluded: report.excluded,
             indices: report.indices,
             channels: report.channels.each_ref().map(ChannelLine::of),

@@ -30,21 +30,21 @@ pub struct Hop {
 
 /// The monitor and its clock.
 #[derive(Debug, Clone)]
-pub struct Runner<'c> {
-    monitor: HostMonitor<'c>,
+pub struct Runner {
+    monitor: HostMonitor,
     sample_time_s: f64,
     window_s: f64,
     hop_s: f64,
 }
 
-impl<'c> Runner<'c> {
+impl Runner {
     /// A monitor that has seen nothing yet; `sample_time_s` is the recording's.
     ///
     /// # Errors
     /// The configuration is impossible, or made for another sample time.
-    pub fn new(config: &'c Config<f32, 3>, sample_time_s: f64) -> Result<Self> {
+    pub fn new(config: &Config<f32, 3>, sample_time_s: f64) -> Result<Self> {
         let monitor =
-            HostMonitor::new(config).map_err(|e| Error::new(format!("the baseline can't be used: {e}")))?;
+            HostMonitor::new(*config).map_err(|e| Error::new(format!("the baseline can't be used: {e}")))?;
         let expected = f64::from(config.sample_time_s);
         if (sample_time_s - expected).abs() > SAMPLE_TIME_TOLERANCE * expected {
             let what = format!(
@@ -64,7 +64,8 @@ impl<'c> Runner<'c> {
         let report = match input {
             Input::Sample { r, y, u } => self.monitor.tick(r, y, u),
             other => self.monitor.tick_input(other),
-        }?;
+        }
+        .copied()?;
         let to_s = t_s + self.sample_time_s;
         Some(Hop { from_s: to_s - self.window_s, new_from_s: to_s - self.hop_s, to_s, report })
     }

@@ -238,6 +238,7 @@ pub(super) fn detectors(course: &Course) -> String {
     let names = course.detectors.iter().map(|d| match d {
         Raised::Shewhart => "Shewhart",
         Raised::Cusum => "CUSUM",
+        Raised::Ewma => "EWMA",
         Raised::Sprt => "SPRT",
     });
     names.collect::<Vec<_>>().join("+")

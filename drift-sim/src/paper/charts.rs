@@ -1,7 +1,7 @@
 //! CUSUM charts over series of standardised residuals that are already there: their time between false alarms, and
 //! the threshold for a wanted one. The detector is [`drift_core::Cusum`].
 
-use drift_core::{Baseline, Cusum};
+use drift_core::{Baseline, Cusum, Detector};
 
 use super::settings::CUSUM_K;
 

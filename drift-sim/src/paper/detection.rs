@@ -2,7 +2,10 @@
 //! 100 s in which the drift reaches mu_max at the end. The monitored run has the baseline run's reference, as in the
 //! paper, whose runs differ in the drift alone: what the detectors see is then the drift and the baseline's own residuals.
 
-use drift_core::{Cusum, CusumState, Detectors, FaultCurve, Index, Shewhart, Sprt, SprtState, Verdict};
+use drift_core::{
+    Cusum, CusumState, Detector, DetectorState, Detectors, FaultCurve, Index, Shewhart, Sprt, SprtState,
+    Verdict,
+};
 use rayon::prelude::*;
 
 use super::baseline::healthy_windows;
@@ -104,7 +107,7 @@ pub(super) fn sprt() -> Sprt {
 
 fn detectors() -> Detectors {
     let shewhart = Some(Shewhart::symmetric(SHEWHART_LIMIT as f32));
-    Detectors { shewhart, cusum: Some(cusum()), sprt: Some(sprt()) }
+    Detectors { shewhart, cusum: Some(cusum()), sprt: Some(sprt()), ewma: None }
 }
 
 /// A run of 100 s under the monitor with this baseline.

@@ -1,6 +1,8 @@
 //! The paper's loop and [`drift_core::Monitor`] on it: the simulator makes (r, y, u), the monitor the windows.
 
-use drift_core::{Baseline, Channel, ChannelKind, Config, Detectors, Full, Index, Indices, Monitor, Report};
+use drift_core::{
+    Baseline, Channel, ChannelKind, Config, Detectors, Everything, Full, Index, Indices, Monitor, Report,
+};
 
 use super::settings::{BLOCK_TICKS, HOP_BLOCKS, SAMPLE_TIME_S, WINDOW_BLOCKS};
 use crate::control_loop::Loop;
@@ -83,21 +85,21 @@ pub(super) const fn config(channel: Channel) -> Config<f32, 1> {
 
 /// The paper's channel, J_e against E_u.
 pub(super) const fn pair(index: Index, baseline: Baseline, detectors: Detectors) -> Channel {
-    Channel { kind: ChannelKind::EnergyError(index), baseline, detectors }
+    Channel::new(ChannelKind::EnergyError(index), baseline, detectors)
 }
 
 static LEARNING: Config<f32, 1> = config(pair(Index::Iae, Baseline::UNLEARNED, Detectors::NONE));
 
 /// A run of the loop under the monitor.
-pub(super) struct Stream<'c> {
+pub(super) struct Stream {
     simulation: Simulation,
     reference: Reference,
-    monitor: Monitor<'c, f32, Full, { WINDOW_BLOCKS as usize }, 1>,
+    monitor: Monitor<f32, Full, Everything<{ WINDOW_BLOCKS as usize }>, 1>,
     sees: Sees,
     tick: u64,
 }
 
-impl Stream<'static> {
+impl Stream {
     /// Windows only: nothing is judged.
     pub fn learning(drift: &Drift, seed: u64) -> Result<Self> {
         Self::of(&LEARNING, &drift.in_loop()?, seed, Sees::Measured)
@@ -109,13 +111,13 @@ impl Stream<'static> {
     }
 }
 
-impl<'c> Stream<'c> {
-    pub fn new(config: &'c Config<f32, 1>, drift: &Drift, seed: u64, sees: Sees) -> Result<Self> {
+impl Stream {
+    pub fn new(config: &Config<f32, 1>, drift: &Drift, seed: u64, sees: Sees) -> Result<Self> {
         Self::of(config, &drift.in_loop()?, seed, sees)
     }
 
-    fn of(config: &'c Config<f32, 1>, model: &Loop, seed: u64, sees: Sees) -> Result<Self> {
-        let monitor = Monitor::new(config).map_err(|e| Error::new(format!("the monitor refuses: {e}")))?;
+    fn of(config: &Config<f32, 1>, model: &Loop, seed: u64, sees: Sees) -> Result<Self> {
+        let monitor = Monitor::new(*config).map_err(|e| Error::new(format!("the monitor refuses: {e}")))?;
         let simulation = Simulation::new(model, seed)?;
         Ok(Self { simulation, reference: Reference::paper(seed), monitor, sees, tick: 0 })
     }
@@ -128,7 +130,7 @@ impl<'c> Stream<'c> {
             self.tick += 1;
             let y = if self.sees == Sees::Measured { step.y } else { step.true_y };
             if let Some(report) = self.monitor.tick(r as f32, y as f32, step.u as f32) {
-                return (self.tick as f64 * SAMPLE_TIME_S, report);
+                return (self.tick as f64 * SAMPLE_TIME_S, *report);
             }
         }
     }

@@ -23,10 +23,11 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
                 x_min: 512.5,
                 x_max: 40000.0,
             },
+            memory: drift_core::Memory::NONE,
             detectors: drift_core::Detectors {
                 shewhart: Some(drift_core::Shewhart { lower: -3.5, upper: 4.25 }),
                 cusum: Some(drift_core::Cusum { k: 0.5, h: 8.1, head_start: 0.0 }),
-                sprt: None,
+                ..drift_core::Detectors::NONE
             },
         },
         drift_core::Channel {
@@ -41,10 +42,10 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
                 x_min: 512.5,
                 x_max: 40000.0,
             },
+            memory: drift_core::Memory::NONE,
             detectors: drift_core::Detectors {
-                shewhart: None,
-                cusum: None,
                 sprt: Some(drift_core::Sprt { constant: -0.5, linear: 1.0, quadratic: 0.0, upper: 7.3, lower: -4.6 }),
+                ..drift_core::Detectors::NONE
             },
         },
         drift_core::Channel::unlearned(drift_core::ChannelKind::Activity),

@@ -22,8 +22,11 @@ const LEARNING: Config<f32, 3> = Config::new(
     [Channel::unlearned(KINDS[0]), Channel::unlearned(KINDS[1]), Channel::unlearned(KINDS[2])],
 );
 /// One window in many thousands alarms falsely if the baseline is known well: `drift design --k 0.5 --arl0 20000`.
-const DETECTORS: Detectors =
-    Detectors { cusum: Some(Cusum::new(0.5, 8.75)), shewhart: Some(Shewhart::symmetric(6.0)), sprt: None };
+const DETECTORS: Detectors = Detectors {
+    cusum: Some(Cusum::new(0.5, 8.75)),
+    shewhart: Some(Shewhart::symmetric(6.0)),
+    ..Detectors::NONE
+};
 
 /// Plant, sensor and controller: what the monitor looks at from outside.
 struct Heater {
@@ -58,7 +61,7 @@ impl Heater {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut heater = Heater { temperature: 60.0, integral: 48.0, tick: 0, random: 1 };
-    let mut learning = FullMonitor::<f32, 8>::new(&LEARNING)?;
+    let mut learning = FullMonitor::<f32, 8>::new(LEARNING)?;
     let mut commissioning = Commissioning::<3>::new();
     while commissioning.windows() < 100 {
         let (r, y, u) = heater.tick();
@@ -79,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     let config = Config { channels: commissioning.channels(KINDS, DETECTORS)?, ..LEARNING };
-    let mut monitor = FullMonitor::<f32, 8>::new(&config)?;
+    let mut monitor = FullMonitor::<f32, 8>::new(config)?;
     let mut last = Verdict::Healthy;
     while heater.tick < 80 * 3600 {
         let (r, y, u) = heater.tick();
@@ -89,7 +92,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let hours = heater.tick as f32 / 3600.0;
             println!(
                 "hour {hours:5.1}: {last:?} {:?}; y is {:.2} from r on average",
-                report.location, report.indices.mean_e
+                report.location(),
+                report.indices.mean_e
             );
         }
     }
@@ -99,7 +103,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         bytes.truncate(used);
         bytes
     };
-    FullMonitor::<f32, 8>::new(&config)?.restore(&state)?;
+    FullMonitor::<f32, 8>::new(config)?.restore(&state)?;
     println!("state saved and restored: {} bytes", state.len());
     Ok(())
 }

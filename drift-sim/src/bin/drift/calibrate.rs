@@ -47,6 +47,9 @@ pub struct Arguments {
     /// Effort to hold y, or, for a plant that integrates, along the motion
     #[arg(long, value_enum, default_value_t = Effort::Holding)]
     effort: Effort,
+    /// Windows before this one that the effort channel takes into account, 0 to 3; chosen by validation without it
+    #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u8).range(0..=3))]
+    effort_memory: Option<u8>,
     /// What watches each channel
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Detector::Shewhart, Detector::Cusum])]
     detectors: Vec<Detector>,
@@ -176,6 +179,7 @@ fn options(arguments: &Arguments) -> Result<Options> {
             Effort::Holding => calibrate::Effort::Holding,
             Effort::Motion => calibrate::Effort::Motion,
         },
+        effort_memory: arguments.effort_memory.or(Some(0)),
         detectors: DetectorChoice {
             shewhart: has(Detector::Shewhart),
             cusum: has(Detector::Cusum),

@@ -38,6 +38,7 @@ fn header() -> Result<()> {
     let bindings = cbindgen::Builder::new().with_crate(CRATE).with_config(config).generate()?;
     let mut text = Vec::new();
     bindings.write(&mut text);
+    let text = in_parentheses(&String::from_utf8(text)?).into_bytes();
     let path = PathBuf::from(CRATE).join("include/drift.h");
     if std::env::var_os("UPDATE_EXPECTED").is_some() {
         std::fs::write(&path, &text)?;
@@ -50,6 +51,15 @@ fn header() -> Result<()> {
     Ok(())
 }
 
+/// `#define DRIFT_NULL (-1)`: a bare minus would bind to what stands before the name.
+fn in_parentheses(header: &str) -> String {
+    let line = |line: &str| match line.split_once(" -") {
+        Some((define, number)) if define.starts_with("#define ") => format!("{define} (-{number})\n"),
+        _ => format!("{line}\n"),
+    };
+    header.lines().map(line).collect()
+}
+
 /// What `drift calibrate --c` writes, as the committed example of its test, compiles against our header.
 fn generated_configuration() -> Result<()> {
     let example = std::path::absolute("../../drift-sim/tests/baseline_file/config.h")?;
@@ -59,22 +69,39 @@ fn generated_configuration() -> Result<()> {
     }
     let program = target_dir().join("c/generated.c");
     std::fs::create_dir_all(target_dir().join("c"))?;
-    let main = "drift_pair_t m;\nint main(void) { return drift_pair_init(&m, &drift_config); }\n";
-    std::fs::write(&program, format!("#include \"drift.h\"\n#include \"{}\"\n{main}", example.display()))?;
-    run(Command::new("cc")
-        .args(WARNINGS)
-        .args(["-I", &format!("{CRATE}/include"), "-c"])
-        .arg(&program)
-        .arg("-o")
-        .arg(program.with_extension("o")))?;
-    println!("compiles  the configuration that drift calibrate --c writes, against drift.h");
+    let main = "drift_monitor_t m[DRIFT_FULL_WORDS];\nint start(void);\n\
+        int start(void) { return drift_full_init(m, DRIFT_FULL_WORDS, &drift_config); }\n";
+    let (header, config) = ("drift.h".to_string(), example.display().to_string());
+    for order in [[&header, &config], [&config, &header]] {
+        let [first, second] = order;
+        std::fs::write(&program, format!("#include \"{first}\"\n#include \"{second}\"\n{main}"))?;
+        for (compiler, language, standard) in [
+            ("arm-none-eabi-gcc", "c", "-std=c99"),
+            ("arm-none-eabi-gcc", "c", "-std=c11"),
+            ("arm-none-eabi-g++", "c++", "-std=c++11"),
+            ("arm-none-eabi-g++", "c++", "-std=c++17"),
+        ] {
+            run(Command::new(compiler)
+                .args(["-x", language, standard, "-Wall", "-Wextra", "-Werror", "-pedantic"])
+                .args(["-I", &format!("{CRATE}/include"), "-c"])
+                .arg(&program)
+                .arg("-o")
+                .arg(program.with_extension("o")))
+            .with_context(|| format!("{first} before {second} as {standard}"))?;
+        }
+    }
+    println!(
+        "compiles  the configuration that drift calibrate --c writes, in either include order, as C99, C11, C++11 and C++17"
+    );
     Ok(())
 }
 
 fn build(triple: Option<&str>) -> Result<PathBuf> {
     let folder = target_dir().join("c");
     let mut command = Command::new("cargo");
-    command.args(["build", "--quiet", "--release", "--manifest-path", &format!("{CRATE}/Cargo.toml")]);
+    // As the static library alone: beside the library that its tests link, it would not be optimised as a whole.
+    command.args(["rustc", "--quiet", "--release", "--lib", "--crate-type", "staticlib"]);
+    command.args(["--manifest-path", &format!("{CRATE}/Cargo.toml")]);
     command.arg("--target-dir").arg(&folder);
     if let Some(triple) = triple {
         command.args(["--target", triple]);

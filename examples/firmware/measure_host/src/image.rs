@@ -12,16 +12,18 @@ pub struct Size {
     pub text: u64,
     /// Of that, the compiler's float and memory routines.
     pub routines: u64,
-    /// Of that, the monitor's configuration.
-    pub config: u64,
 }
 
 /// Reads it.
 pub fn size(path: &Path) -> Result<Size> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;
-    let text = elf.sections().filter(|s| matches!(s.name(), Ok(".text" | ".rodata"))).map(|s| s.size()).sum();
-    let (mut routines, mut config) = (0, 0);
+    let text = elf
+        .sections()
+        .filter(|s| matches!(s.name(), Ok(".text" | ".rodata" | ".data")))
+        .map(|s| s.size())
+        .sum();
+    let mut routines = 0;
     let mut seen = std::collections::BTreeSet::new();
     for symbol in elf.symbols().filter(|s| s.size() > 0) {
         let Ok(name) = symbol.name() else { continue };
@@ -29,11 +31,8 @@ pub fn size(path: &Path) -> Result<Size> {
         if is_routine(name) && seen.insert(symbol.address()) {
             routines += symbol.size();
         }
-        if ["PAIR_F32", "PAIR_I32", "ALL_F32", "ALL_I32"].iter().any(|c| name.contains(c)) {
-            config += symbol.size();
-        }
     }
-    Ok(Size { text, routines, config })
+    Ok(Size { text, routines })
 }
 
 fn is_routine(name: &str) -> bool {

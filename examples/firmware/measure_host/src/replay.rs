@@ -4,10 +4,12 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use drift_core::Report;
 use scenario::pi::Pi;
 use scenario::plant::{Plant, Reference};
-use scenario::{ALL_F32, ALL_I32, AllF32, AllI32, PAIR_F32, PAIR_I32, PairF32, PairI32, words};
+use scenario::words::Words;
+use scenario::{
+    ALL_F32, ALL_I32, BACK_F32, EVERYTHING_F32, ITAE_F32, ITAE_I32, PAIR_F32, PAIR_I32, SMALLEST_F32,
+};
 
 use crate::build::{emulate, image, target_dir};
 use crate::image::no_panic;
@@ -56,13 +58,25 @@ fn real() -> Result<Option<Vec<Sample>>> {
     samples.collect::<Result<Vec<_>>>().map(Some)
 }
 
-fn counts(samples: &[Sample]) -> Vec<[i32; 3]> {
-    samples.iter().map(|s| s.map(|x| (x * COUNTS_PER_UNIT) as i32)).collect()
+/// The script of the probes, without what only an input other than a sample can say.
+fn script() -> Vec<Sample> {
+    let mut script = scenario::events::Script::new(2000);
+    (0..2000 * scenario::events::WINDOWS)
+        .map(|_| match script.next().1 {
+            drift_core::Input::Sample { r, y, u } => [r, y, u],
+            _ => [f32::NAN; 3],
+        })
+        .collect()
 }
 
-fn lines<const C: usize>(name: &str, report: &Report<C>, out: &mut String) {
+fn counts(samples: &[Sample]) -> Vec<[i32; 3]> {
+    let count = |x: f32| if x.is_nan() { i32::MAX } else { (x * COUNTS_PER_UNIT) as i32 };
+    samples.iter().map(|s| s.map(count)).collect()
+}
+
+fn lines(name: &str, report: &impl Words, out: &mut String) {
     let mut column = 0;
-    words::of(report, |word| {
+    report.words(&mut |word| {
         if column % 16 == 0 {
             let _ = write!(out, "{}{name}", if column > 0 { "\n" } else { "" });
         }
@@ -72,19 +86,24 @@ fn lines<const C: usize>(name: &str, report: &Report<C>, out: &mut String) {
     out.push('\n');
 }
 
-fn on_host(samples: &[Sample]) -> Result<String> {
+/// Without the reset that the target goes through: nothing may show of it.
+fn on_host(samples: &[Sample]) -> String {
     let mut out = String::new();
-    let (mut pair, mut all) = (PairF32::new(&PAIR_F32)?, AllF32::new(&ALL_F32)?);
-    for &[r, y, u] in samples {
-        pair.tick(r, y, u).iter().for_each(|report| lines("pair_f32", report, &mut out));
-        all.tick(r, y, u).iter().for_each(|report| lines("all_f32", report, &mut out));
+    macro_rules! replay {
+        ($samples:expr, $($name:literal: $plan:ident),*) => {
+            $(let mut state = $plan.start();
+            for &[r, y, u] in $samples {
+                if let Some(report) = $plan.tick(&mut state, r, y, u) {
+                    lines($name, report, &mut out);
+                }
+            })*
+        };
     }
-    let (mut pair, mut all) = (PairI32::new(&PAIR_I32)?, AllI32::new(&ALL_I32)?);
-    for [r, y, u] in counts(samples) {
-        pair.tick(r, y, u).iter().for_each(|report| lines("pair_i32", report, &mut out));
-        all.tick(r, y, u).iter().for_each(|report| lines("all_i32", report, &mut out));
-    }
-    Ok(out)
+    replay!(samples, "smallest_f32": SMALLEST_F32, "pair_f32": PAIR_F32, "all_f32": ALL_F32, "back_f32": BACK_F32,
+        "everything_f32": EVERYTHING_F32, "itae_f32": ITAE_F32);
+    let counts = counts(samples);
+    replay!(&counts, "pair_i32": PAIR_I32, "all_i32": ALL_I32, "itae_i32": ITAE_I32);
+    out
 }
 
 fn write_files(samples: &[Sample], folder: &Path) -> Result<()> {
@@ -99,12 +118,12 @@ fn write_files(samples: &[Sample], folder: &Path) -> Result<()> {
 pub fn compare(target: &Target) -> Result<()> {
     let path = image(target, "replay");
     no_panic(&path)?;
-    let recordings = [("generated", Some(generated())), ("emps_pulses", real()?)];
+    let recordings = [("generated", Some(generated())), ("script", Some(script())), ("emps_pulses", real()?)];
     for (name, samples) in recordings {
         let Some(samples) = samples else { continue };
         write_files(&samples, &target_dir())?;
         let there = String::from_utf8(emulate(target, &path)?)?;
-        let here = on_host(&samples)?;
+        let here = on_host(&samples);
         if let Some((a, b)) = here.lines().zip(there.lines()).find(|(a, b)| a != b) {
             bail!("{name} on {}: the host says\n{a}\nand the target\n{b}", target.triple);
         }

@@ -46,8 +46,17 @@ pub const M0: Target = Target {
     gcc: &["-mcpu=cortex-m0", "-mthumb", "-mfloat-abi=soft"],
 };
 
+/// Cortex-M33 with FPU.
+pub const M33F: Target = Target {
+    triple: "thumbv8m.main-none-eabihf",
+    core: "Cortex-M33F",
+    machine: "mps2-an505",
+    clock_hz: 20e6,
+    gcc: &["-mcpu=cortex-m33", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"],
+};
+
 /// Those that run.
-pub const RUN: &[Target] = &[M4F, M4, M3, M0];
+pub const RUN: &[Target] = &[M4F, M4, M3, M0, M33F];
 
 /// Those that drift-core is built for.
 pub const BUILD: &[&str] = &[

@@ -38,7 +38,7 @@ pub fn learnt(windows: u32) {
 
 /// The verdict is another than before.
 pub fn changed(report: &Report<3>) {
-    defmt::info!("hop {=u32}: {}, {}", report.hop, report.verdict, report.location);
+    defmt::info!("hop {=u32}: {}, {}", report.hop, report.verdict, report.location());
 }
 
 /// The whole report, every field.

@@ -21,7 +21,7 @@ use scenario::pi::Pi;
 use scenario::plant::{Plant, Reference};
 
 /// 8 blocks of 50 ticks: a window of 0.4 s at 1 kHz.
-type Monitor<'c> = FullMonitor<'c, f32, 8>;
+type Monitor = FullMonitor<f32, 8>;
 const KINDS: [ChannelKind; 3] =
     [ChannelKind::EnergyError(Index::Iae), ChannelKind::Effort, ChannelKind::Activity];
 const HEALTHY_WINDOWS: u32 = 300;
@@ -53,11 +53,11 @@ fn main_loop() -> Option<()> {
         tick: 0,
     };
     let learning = Config::new(0.001, 50, 8, KINDS.map(Channel::unlearned));
-    let mut monitor = Monitor::new(&learning).ok()?;
+    let mut monitor = Monitor::new(learning).ok()?;
     let mut commissioning = Commissioning::<3>::new();
     while commissioning.windows() < HEALTHY_WINDOWS {
         let (r, y, u) = control.tick();
-        if let Some(report) = &monitor.tick(r, y, u) {
+        if let Some(report) = monitor.tick(r, y, u) {
             // The loop settles first.
             if report.hop >= 5 {
                 commissioning.learn(report);
@@ -68,11 +68,11 @@ fn main_loop() -> Option<()> {
     let channels = commissioning.channels(KINDS, DETECTORS).ok()?;
     let decision = Decision { confirm_hops: 20, ..Decision::DEFAULT };
     let config = Config::new(0.001, 50, 8, channels).with_decision(decision);
-    let mut monitor = Monitor::new(&config).ok()?;
+    let mut monitor = Monitor::new(config).ok()?;
     let mut before = Verdict::Healthy;
     loop {
         let (r, y, u) = control.tick();
-        let Some(report) = &monitor.tick(r, y, u) else { continue };
+        let Some(report) = monitor.tick(r, y, u) else { continue };
         if report.verdict != before {
             output::changed(report);
             before = report.verdict;

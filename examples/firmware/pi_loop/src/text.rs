@@ -12,7 +12,7 @@ pub fn learnt(windows: u32) {
 pub fn changed(report: &Report<3>) {
     let mut line = Line::new();
     line.text("hop ").number(report.hop).text(": ").text(verdict(report.verdict));
-    line.text(", ").text(location(report.location));
+    line.text(", ").text(location(report.location()));
     for channel in &report.channels {
         let side = match channel.side {
             None => continue,

@@ -4,15 +4,19 @@
 use core::hint::black_box;
 
 use board::{Line, clock};
+use drift_core::{Config, Input};
+use scenario::events::{Script, Stretch, WINDOWS};
 use scenario::pi::{Pi, PiCounts};
 use scenario::plant::Noise;
 
 use crate::rivals;
 
-/// Ticks timed: whole hops of every configuration (2000 ticks).
+/// Ticks of a rival that are timed.
 const TICKS: u32 = 8000;
 
+#[derive(Clone, Copy)]
 struct Tally {
+    count: u32,
     sum: u32,
     most: u32,
     /// Outside decisions and block ends.
@@ -21,9 +25,10 @@ struct Tally {
 }
 
 impl Tally {
-    const NEW: Self = Self { sum: 0, most: 0, usual_least: u32::MAX, usual_most: 0 };
+    const NEW: Self = Self { count: 0, sum: 0, most: 0, usual_least: u32::MAX, usual_most: 0 };
 
     fn add(&mut self, ticks: u32, usual: bool) {
+        self.count = self.count.saturating_add(1);
         self.sum = self.sum.saturating_add(ticks);
         self.most = self.most.max(ticks);
         if usual {
@@ -34,7 +39,7 @@ impl Tally {
 
     fn print(&self, name: &str) {
         let mut line = Line::new();
-        line.text(name).text(" ").number(TICKS).text(" ").number(self.sum).text(" ").number(self.most);
+        line.text(name).text(" ").number(self.count).text(" ").number(self.sum).text(" ").number(self.most);
         line.text(" ")
             .number(self.usual_least.min(self.usual_most))
             .text(" ")
@@ -43,48 +48,56 @@ impl Tally {
     }
 }
 
-/// A loop in f32.
-pub fn f32(block_ticks: u32, mut tick: impl FnMut(f32, f32, f32)) {
+/// A loop in f32, through the whole script.
+pub fn f32<const C: usize>(config: &Config<f32, C>, mut tick: impl FnMut(Input<f32>)) {
     clock::start();
     rivals_f32();
-    let mut noise = Noise::new(7);
-    let mut tally = Tally::NEW;
+    let mut script = Script::new(config.window_ticks());
+    let mut tallies = [Tally::NEW; Stretch::ALL.len()];
     board::repaint_stack();
     let before = board::stack_painted();
-    for n in 0..2 * TICKS {
-        let (r, y, u) = (1.0, 1.0 + 0.1 * noise.uniform(), 1.2 + noise.uniform());
-        let (r, y, u) = black_box((r, y, u));
-        let ruler = clock::time(|| _ = black_box(rivals::nothing(r, y, u)));
-        let ticks = clock::time(|| tick(r, y, u)).saturating_sub(ruler);
-        // The first windows fill the ring.
-        if n >= TICKS {
-            tally.add(ticks, (n + 1) % block_ticks != 0);
+    for n in 0..config.window_ticks().saturating_mul(WINDOWS) {
+        let (stretch, input) = black_box(script.next());
+        let ruler = clock::time(|| match input {
+            Input::Sample { r, y, u } => _ = black_box(rivals::nothing(r, y, u)),
+            _ => _ = black_box(rivals::nothing(0.0, 0.0, 0.0)),
+        });
+        let ticks = clock::time(|| tick(input)).saturating_sub(ruler);
+        if let Some(tally) = tallies.get_mut(stretch as usize) {
+            tally.add(ticks, !(n + 1).is_multiple_of(config.block_ticks.max(1)));
         }
     }
-    stack(before);
-    tally.print("monitor");
+    print(&tallies, before);
 }
 
-/// A loop in counts.
-pub fn i32(block_ticks: u32, mut tick: impl FnMut(i32, i32, i32)) {
+/// A loop in counts, through the whole script.
+pub fn i32<const C: usize>(config: &Config<i32, C>, mut tick: impl FnMut(Input<i32>)) {
     clock::start();
     rivals_f32();
     rivals_i32();
-    let mut noise = Noise::new(7);
-    let mut tally = Tally::NEW;
+    let mut script = Script::new(config.window_ticks());
+    let mut tallies = [Tally::NEW; Stretch::ALL.len()];
     board::repaint_stack();
     let before = board::stack_painted();
-    for n in 0..2 * TICKS {
-        let (y, u) = (4096 + (noise.bits() >> 22) as i32 - 512, 5000 + (noise.bits() >> 20) as i32 - 2048);
-        let (r, y, u) = black_box((4096, y, u));
-        let ruler = clock::time(|| _ = black_box(rivals::nothing_counts(r, y, u)));
-        let ticks = clock::time(|| tick(r, y, u)).saturating_sub(ruler);
-        if n >= TICKS {
-            tally.add(ticks, (n + 1) % block_ticks != 0);
+    for n in 0..config.window_ticks().saturating_mul(WINDOWS) {
+        let (stretch, input) = black_box(script.next_counts());
+        let ruler = clock::time(|| match input {
+            Input::Sample { r, y, u } => _ = black_box(rivals::nothing_counts(r, y, u)),
+            _ => _ = black_box(rivals::nothing(0.0, 0.0, 0.0)),
+        });
+        let ticks = clock::time(|| tick(input)).saturating_sub(ruler);
+        if let Some(tally) = tallies.get_mut(stretch as usize) {
+            tally.add(ticks, !(n + 1).is_multiple_of(config.block_ticks.max(1)));
         }
     }
-    stack(before);
-    tally.print("monitor");
+    print(&tallies, before);
+}
+
+fn print(tallies: &[Tally; Stretch::ALL.len()], stack_before: u32) {
+    stack(stack_before);
+    for (stretch, tally) in Stretch::ALL.iter().zip(tallies) {
+        tally.print(stretch.name());
+    }
 }
 
 fn stack(before: u32) {

@@ -1,4 +1,4 @@
-//! Reads a recording from the host and prints every report of four monitors as words: the host computes the same
+//! Reads a recording from the host and prints every report of nine monitors as words: the host computes the same
 //! from the same bytes, and every word must agree.
 //!
 //! `recording.bin`: (r, y, u) in little-endian f32; `counts.bin`: the same in i32 counts.
@@ -6,8 +6,11 @@
 #![no_main]
 
 use board::{HostFile, Line};
-use drift_core::Report;
-use scenario::{ALL_F32, ALL_I32, AllF32, AllI32, PAIR_F32, PAIR_I32, PairF32, PairI32, words};
+use drift_core::{IndexSet, Number, Options, Plan, State};
+use scenario::words::Words;
+use scenario::{
+    ALL_F32, ALL_I32, BACK_F32, EVERYTHING_F32, ITAE_F32, ITAE_I32, PAIR_F32, PAIR_I32, SMALLEST_F32,
+};
 
 /// Whole ticks per read.
 const CHUNK: usize = 12 * 64;
@@ -31,10 +34,10 @@ fn ticks(name: &[u8], mut tick: impl FnMut([u32; 3])) -> bool {
     }
 }
 
-fn print<const C: usize>(name: &str, report: &Report<C>) {
+fn print(name: &str, report: &impl Words) {
     let mut line = Line::new();
     let mut column = 0;
-    words::of(report, |word| {
+    report.words(&mut |word| {
         if column % 16 == 0 {
             if column > 0 {
                 line.print();
@@ -47,32 +50,50 @@ fn print<const C: usize>(name: &str, report: &Report<C>) {
     line.print();
 }
 
+/// Saves, starts anew and restores: nothing may show of it.
+fn reset<N: Number, S: IndexSet<N>, O: Options, const C: usize>(
+    plan: &Plan<N, S, O, C>,
+    state: &mut State<N, S, O, C>,
+) -> bool {
+    let mut bytes = [0u8; 1400];
+    let Ok(used) = plan.save(state, &mut bytes) else { return false };
+    *state = plan.start();
+    bytes.get(..used).is_some_and(|bytes| plan.restore(state, bytes).is_ok())
+}
+
+/// Runs the plans named over a file; after [`RESET_AT`] ticks each goes through a reset.
+macro_rules! replay {
+    ($file:literal, $sample:expr, $($name:literal: $plan:ident),*) => {{
+        let mut good = true;
+        $({
+            let mut state = $plan.start();
+            let mut n = 0u32;
+            good &= ticks($file, |words| {
+                let [r, y, u] = $sample(words);
+                if let Some(report) = $plan.tick(&mut state, r, y, u) {
+                    print($name, report);
+                }
+                n = n.wrapping_add(1);
+                if n == RESET_AT {
+                    good &= reset(&$plan, &mut state);
+                }
+            });
+        })*
+        good
+    }};
+}
+
+/// In the middle of a strip, a block and a window of every plan.
+const RESET_AT: u32 = 7_777;
+
 #[board::entry]
 fn main() -> ! {
-    let (Ok(mut pair), Ok(mut all)) = (PairF32::new(&PAIR_F32), AllF32::new(&ALL_F32)) else {
-        board::exit(false)
-    };
-    let good = ticks(b"recording.bin\0", |sample| {
-        let [r, y, u] = sample.map(f32::from_bits);
-        if let Some(report) = &pair.tick(r, y, u) {
-            print("pair_f32", report);
-        }
-        if let Some(report) = &all.tick(r, y, u) {
-            print("all_f32", report);
-        }
-    });
-    let (Ok(mut pair), Ok(mut all)) = (PairI32::new(&PAIR_I32), AllI32::new(&ALL_I32)) else {
-        board::exit(false)
-    };
-    let good = good
-        && ticks(b"counts.bin\0", |sample| {
-            let [r, y, u] = sample.map(|word| word as i32);
-            if let Some(report) = &pair.tick(r, y, u) {
-                print("pair_i32", report);
-            }
-            if let Some(report) = &all.tick(r, y, u) {
-                print("all_i32", report);
-            }
-        });
-    board::exit(good)
+    let floats = |words: [u32; 3]| words.map(f32::from_bits);
+    let counts = |words: [u32; 3]| words.map(|word| word as i32);
+    let good = replay!(b"recording.bin\0", floats,
+        "smallest_f32": SMALLEST_F32, "pair_f32": PAIR_F32, "all_f32": ALL_F32, "back_f32": BACK_F32,
+        "everything_f32": EVERYTHING_F32, "itae_f32": ITAE_F32);
+    let good_counts =
+        replay!(b"counts.bin\0", counts, "pair_i32": PAIR_I32, "all_i32": ALL_I32, "itae_i32": ITAE_I32);
+    board::exit(good && good_counts)
 }

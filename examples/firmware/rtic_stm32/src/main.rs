@@ -7,10 +7,10 @@ use panic_halt as _;
 
 #[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [EXTI0])]
 mod app {
-    use drift_core::{Report, Verdict};
+    use drift_core::Verdict;
     use rtic_sync::{channel::*, make_channel};
     use scenario::pi::Pi;
-    use scenario::{PAIR_F32, PairF32};
+    use scenario::{PAIR_F32, PairF32, PairReport};
     use stm32f4xx_hal::adc::Adc;
     use stm32f4xx_hal::adc::config::{AdcConfig, SampleTime};
     use stm32f4xx_hal::gpio::{Analog, Output, PA0, PC13};
@@ -29,8 +29,8 @@ mod app {
         sensor: PA0<Analog>,
         drive: PwmChannel<TIM3, 0>,
         pi: Pi,
-        monitor: Option<PairF32<'static>>,
-        reports: Sender<'static, Report<1>, 2>,
+        monitor: PairF32,
+        reports: Sender<'static, PairReport, 2>,
         lamp: PC13<Output>,
     }
 
@@ -47,7 +47,7 @@ mod app {
         // 1 kHz divides the clock: it can't fail, and if it did the loop would not run.
         let _ = timer.start(1.kHz());
         timer.listen(Event::Update);
-        let (reports, receiver) = make_channel!(Report<1>, 2);
+        let (reports, receiver) = make_channel!(PairReport, 2);
         let _ = tell::spawn(receiver);
         let pi = Pi { kp: 2.0, ki_ts: 0.01, u_min: 0.0, u_max: 1.0, integral: 0.0 };
         let local = Local {
@@ -56,7 +56,7 @@ mod app {
             sensor: a.pa0.into_analog(),
             drive,
             pi,
-            monitor: PairF32::new(&PAIR_F32).ok(),
+            monitor: PAIR_F32.start(),
             reports,
             lamp: c.pc13.into_push_pull_output(),
         };
@@ -74,14 +74,14 @@ mod app {
         let u = local.pi.tick(r, y);
         let full = f32::from(local.drive.get_max_duty());
         local.drive.set_duty((u * full) as u16);
-        if let Some(report) = local.monitor.as_mut().and_then(|monitor| monitor.tick(r, y, u)) {
-            let _ = local.reports.try_send(report);
+        if let Some(report) = PAIR_F32.tick(local.monitor, r, y, u) {
+            let _ = local.reports.try_send(*report);
         }
     }
 
     /// Whoever acts on it: here a lamp (active low).
     #[task(priority = 1, local = [lamp])]
-    async fn tell(context: tell::Context, mut reports: Receiver<'static, Report<1>, 2>) {
+    async fn tell(context: tell::Context, mut reports: Receiver<'static, PairReport, 2>) {
         while let Ok(report) = reports.recv().await {
             if report.verdict == Verdict::Drift {
                 context.local.lamp.set_low();

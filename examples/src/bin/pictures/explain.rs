@@ -1,6 +1,6 @@
 //! Pictures of the detectors: what an alarm is made of, and how often it is false.
 
-use drift_core::Cusum;
+use drift_core::{Cusum, Detector};
 use drift_sim::Result;
 use drift_sim::design;
 use drift_sim::plot::{Colour, Figure, Layer, LegendPosition, Panel};

@@ -4,27 +4,38 @@
 
 use core::hint::black_box;
 
-use drift_core::Report;
-use scenario::{ALL_I32, AllI32};
+use drift_core::Input;
+use scenario::{ALL_I32, AllI32, AllReportI32};
 
 /// What a loop's interrupt would call, and nothing else of ours.
 #[inline(never)]
-fn tick(monitor: &mut AllI32<'_>, r: i32, y: i32, u: i32) {
-    if let Some(report) = &monitor.tick(r, y, u) {
+fn tick(state: &mut AllI32, r: i32, y: i32, u: i32) {
+    if let Some(report) = ALL_I32.tick(state, r, y, u) {
+        hand_over(report);
+    }
+}
+
+/// What it would call without a sample.
+#[inline(never)]
+fn without(state: &mut AllI32, input: Input<i32>) {
+    if let Some(report) = ALL_I32.tick_input(state, input) {
         hand_over(report);
     }
 }
 
 /// Where the report would go to a low-priority task.
 #[inline(never)]
-fn hand_over(report: &Report<3>) {
+fn hand_over(report: &AllReportI32) {
     black_box(report);
 }
 
 #[board::entry]
 fn main() -> ! {
-    board::Line::new().text("ram ").number(size_of::<AllI32<'_>>() as u32).print();
-    let Ok(mut monitor) = AllI32::new(&ALL_I32) else { board::exit(false) };
-    probe::run::i32(500, |r, y, u| tick(&mut monitor, r, y, u));
+    board::Line::new().text("ram ").number(size_of::<AllI32>() as u32).print();
+    let mut state = ALL_I32.start();
+    probe::run::i32(ALL_I32.config(), |input| match input {
+        Input::Sample { r, y, u } => tick(&mut state, r, y, u),
+        other => without(&mut state, other),
+    });
     board::exit(true)
 }

@@ -4,14 +4,27 @@
 
 use core::hint::black_box;
 
+use drift_core::{Channel, ChannelKind, Config, Index, Input};
+
 #[inline(never)]
 fn tick(r: f32, y: f32, u: f32) {
     black_box((r, y, u));
 }
 
+#[inline(never)]
+fn without(manual: bool) {
+    black_box(manual);
+}
+
+static TIMING: Config<f32, 1> =
+    Config::new(0.001, 250, 8, [Channel::unlearned(ChannelKind::EnergyError(Index::Iae))]);
+
 #[board::entry]
 fn main() -> ! {
     board::Line::new().text("ram ").number(0).print();
-    probe::run::f32(250, tick);
+    probe::run::f32(&TIMING, |input| match input {
+        Input::Sample { r, y, u } => tick(r, y, u),
+        other => without(other == Input::Manual),
+    });
     board::exit(true)
 }

@@ -75,27 +75,28 @@ pub struct Plan<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     parts: core::marker::PhantomData<fn() -> (S, O)>,
 }
 
-/// What a monitor remembers.
+/// What a monitor remembers. What every tick touches comes first: a Cortex-M0 reaches no further in one instruction.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     /// The open strip.
     sums: S::Sums,
-    peaks: S::Peaks,
-    /// The open block's strips.
-    joined: S::Joined,
-    /// The closed blocks.
-    window: <O::Window as WindowKind>::Blocks<S::Closed, S::Placed>,
-    trace: S::Trace,
-    blanking: <O::Blanking as BlankingKind>::State<N>,
-    channels: [ChannelState<O>; C],
-    report: ReportOf<N, S, O, C>,
     tick_in_block: u16,
     /// The tick of the block that needs a closer look than the usual one: the last of a strip or, unless the readings
     /// before are known, the next. Counted from 1.
     look_at: u16,
+    trace: S::Trace,
+    blanking: <O::Blanking as BlankingKind>::State<N>,
+    peaks: S::Peaks,
     /// Ticks left out of the open block so far.
     left_out: u16,
     blocks_to_hop: u16,
+    /// The open block's strips.
+    joined: S::Joined,
+    /// The closed blocks.
+    window: <O::Window as WindowKind>::Blocks<S::Closed, S::Placed>,
+    channels: [ChannelState<O>; C],
+    report: ReportOf<N, S, O, C>,
     link: Link,
     /// The report's count of ticks left out is that of the last decision.
     counted: bool,

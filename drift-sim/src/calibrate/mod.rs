@@ -139,7 +139,7 @@ impl Default for Options {
             confidence: 0.9,
             channels: [true; 3],
             effort: Effort::Holding,
-            effort_memory: Some(0),
+            effort_memory: None,
             detectors: DetectorChoice { shewhart: true, cusum: true, sprt: false },
             k: 0.5,
             saturation: None,

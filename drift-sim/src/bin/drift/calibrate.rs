@@ -179,7 +179,7 @@ fn options(arguments: &Arguments) -> Result<Options> {
             Effort::Holding => calibrate::Effort::Holding,
             Effort::Motion => calibrate::Effort::Motion,
         },
-        effort_memory: arguments.effort_memory.or(Some(0)),
+        effort_memory: arguments.effort_memory,
         detectors: DetectorChoice {
             shewhart: has(Detector::Shewhart),
             cusum: has(Detector::Cusum),

@@ -10,7 +10,7 @@
 //! The last line: `{"schema": "drift.monitor/1", "summary": {"recording", "start_s", "duration_s",
 //! "sample_time_s", "window_s", "hop_s", "samples", "hops", "valid_hops", "excluded": {..}, "verdict":
 //! "healthy|disturbance|suspect|drift|not_judged", "channels": [{"kind", "index", "judged", "extrapolated",
-//! "mean_z", "max_abs_z", "alarms", "verdict", "worst"}], "events": [{"kind", "from_s", "alarm_s", "to_s",
+//! "mean_z", "max_abs_z", "alarms", "detectable": {"sigmas", "value", "y"}, "verdict", "worst"}], "events": [{"kind", "from_s", "alarm_s", "to_s",
 //! "max_z", "location", "channels": [{"channel", "kind", "side", "from_s", "alarm_s", "to_s", "detectors", "max_z",
 //! "fault_curve": {"b0_before", "b1_before", "b0", "b1", "shift", "windows", "moved"}}]}], "more_events"}}`.
 
@@ -22,6 +22,7 @@ use drift_core::{
 };
 use serde::Serialize;
 
+use super::detectable::Detectable;
 use super::events::{Course, Event, EventKind, Raised};
 use super::run::Hop;
 use super::summary::{ChannelSummary, ExcludedTotal, Summary};
@@ -179,6 +180,7 @@ struct ChannelContent {
     mean_z: f64,
     max_abs_z: f64,
     alarms: u64,
+    detectable: Option<Detectable>,
     verdict: Verdict,
     worst: Option<EventKind>,
 }
@@ -193,6 +195,7 @@ impl ChannelContent {
             mean_z: channel.mean_z,
             max_abs_z: channel.max_abs_z,
             alarms: channel.alarms,
+            detectable: channel.detectable,
             verdict: channel.verdict,
             worst: channel.worst,
         }

@@ -8,6 +8,7 @@
 //! * [`Chart`]: r, y, u, e and what each channel said, thinned while it is read; [`page`] is the report of it.
 
 mod chart;
+mod detectable;
 mod events;
 mod json_lines;
 mod page;
@@ -17,6 +18,7 @@ mod summary;
 mod thinned;
 
 pub use chart::Chart;
+pub use detectable::{Detectable, PROBABILITY};
 pub use events::{Course, Event, EventKind, Events, Raised};
 pub use json_lines::{SCHEMA, write_hop, write_summary};
 pub use page::page;

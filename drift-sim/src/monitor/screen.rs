@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use drift_core::{ChannelKind, Side};
 
+use super::detectable::{Detectable, PROBABILITY};
 use super::events::{Course, Event, EventKind, Raised};
 use super::summary::{ChannelSummary, Summary};
 use crate::baseline_file::Promise;
@@ -87,7 +88,7 @@ pub(super) fn verdict(summary: &Summary) -> String {
         (None, _) if summary.channels.iter().all(|c| c.judged == 0) => {
             "NOT JUDGED: no window had enough valid samples.".into()
         }
-        (None, _) => "HEALTHY: every channel with a baseline stays on it.".into(),
+        (None, _) => format!("HEALTHY: every channel with a baseline stays on it.{}", unseen(summary)),
         (Some(EventKind::Drift), Some(event)) if event.kind() == EventKind::Drift => {
             format!("DRIFT since about {} s, {}. {}", short(event.from_s()), sides(event), meaning(event))
         }
@@ -111,6 +112,23 @@ pub(super) fn verdict(summary: &Summary) -> String {
             "DISTURBED: {passed} {} that came back to the baseline; no drift.",
             if passed == 1 { "deviation" } else { "deviations" }
         ),
+    }
+}
+
+/// What the run could not have shown.
+fn unseen(summary: &Summary) -> String {
+    let effort = summary.channels.iter().find(|c| c.kind == ChannelKind::Effort && c.learned);
+    let Some(effort) = effort.filter(|c| c.judged > 0) else { return String::new() };
+    let (judged, percent) = (effort.judged, 100.0 * PROBABILITY);
+    match effort.detectable {
+        None => format!(" With {judged} windows no lasting shift of u would have shown."),
+        Some(Detectable { value, y, .. }) => {
+            let of_y = y.map_or_else(String::new, |y| format!(", or of y of less than {},", short(y)));
+            format!(
+                " A lasting shift of u of less than {}{of_y} would not have shown with {percent} % in these {judged} windows.",
+                short(value),
+            )
+        }
     }
 }
 

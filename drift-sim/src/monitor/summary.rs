@@ -1,7 +1,8 @@
 //! What a person wants to know of a whole run, counted while it runs.
 
-use drift_core::{ChannelKind, Config, Excluded, Verdict, WindowStatus};
+use drift_core::{Channel, ChannelKind, Config, Excluded, Verdict, WindowStatus};
 
+use super::detectable::Detectable;
 use super::events::{Event, EventKind, Events};
 use super::run::Hop;
 use crate::recording::Quality;
@@ -69,6 +70,8 @@ pub struct ChannelSummary {
     pub mean_z: f64,
     /// Largest |z|; NaN where nothing was judged.
     pub max_abs_z: f64,
+    /// The smallest lasting shift that would have shown; `None` where nothing would have.
+    pub detectable: Option<Detectable>,
     /// Decisions with an alarm.
     pub alarms: u64,
     /// The verdict at the last decision.
@@ -134,6 +137,7 @@ impl Summary {
 struct ChannelTally {
     summary: ChannelSummary,
     sum_z: f64,
+    channel: Channel,
 }
 
 /// Counts decisions as they come.
@@ -162,11 +166,13 @@ impl Tally {
                     extrapolated: 0,
                     mean_z: f64::NAN,
                     max_abs_z: f64::NAN,
+                    detectable: None,
                     alarms: 0,
                     verdict: Verdict::Healthy,
                     worst: None,
                 },
                 sum_z: 0.0,
+                channel: *c,
             }),
             events: Events::new(config),
             window_ticks: config.window_ticks(),
@@ -207,6 +213,7 @@ impl Tally {
             if summary.judged > 0 {
                 summary.mean_z = tally.sum_z / summary.judged as f64;
             }
+            summary.detectable = Detectable::of(&tally.channel, summary.judged);
             let courses = events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == summary.kind);
             summary.worst = courses.map(|c| c.outcome).max();
             summary

@@ -60,11 +60,11 @@ mod exact {
         // x = mantissa*2^(exponent - 23) with 24 bits of mantissa, subnormal numbers included.
         let normal = bits >= HIDDEN;
         let scaled = if normal { bits } else { (x * (1u32 << 24) as f32).to_bits() };
-        let exponent = (scaled >> 23) as i32 - if normal { 127 } else { 127 + 24 };
+        let exponent = ((scaled >> 23) as i32).wrapping_sub(if normal { 127 } else { 127 + 24 });
         let mantissa = ((scaled & (HIDDEN - 1)) | HIDDEN) << (exponent & 1);
         let root = if SOFT_FLOAT { by_digits(mantissa) } else { by_heron(mantissa) };
         // The root's own hidden bit adds one to the exponent field.
-        f32::from_bits(root + ((exponent >> 1) + 126) as u32 * HIDDEN)
+        f32::from_bits(root.wrapping_add(((exponent >> 1).wrapping_add(126) as u32).wrapping_mul(HIDDEN)))
     }
 
     /// `sqrt(mantissa*2^23)`, rounded, digit by digit: 25 of them, the last one rounds. It can't be a tie, whose
@@ -73,14 +73,14 @@ mod exact {
         let (mut rest, mut twice, mut digit) = (mantissa, 0u32, 1u32 << 24);
         while digit != 0 {
             rest <<= 1;
-            let trial = twice + digit;
+            let trial = twice.wrapping_add(digit);
             if trial <= rest {
-                rest -= trial;
-                twice = trial + digit;
+                rest = rest.wrapping_sub(trial);
+                twice = trial.wrapping_add(digit);
             }
             digit >>= 1;
         }
-        (twice + 2) >> 2
+        twice.wrapping_add(2) >> 2
     }
 
     /// The same for a core that divides floats itself: three of Heron's steps come within one unit, and the
@@ -94,9 +94,9 @@ mod exact {
         let root = (root * HIDDEN as f32) as u32;
         let rest = (mantissa << 23).wrapping_sub(root.wrapping_mul(root)) as i32;
         if rest > root as i32 {
-            root + 1
-        } else if rest <= -(root as i32) {
-            root - 1
+            root.wrapping_add(1)
+        } else if rest <= (root as i32).wrapping_neg() {
+            root.wrapping_sub(1)
         } else {
             root
         }

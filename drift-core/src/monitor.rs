@@ -434,7 +434,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         // As many pairs as ticks missing at random would leave; with fewer, differences stand for nothing.
         let enough =
             paired > 0 && paired as f32 >= self.config.min_valid * self.config.min_valid * whole - 1.0;
-        for (i, into) in into.as_mut().iter_mut().take(S::SUMS).enumerate() {
+        for (i, into) in (0..S::SUMS).zip(into.as_mut()) {
             if i >= S::DIFFERENCES_FROM {
                 *into = if enough { *into * whole / paired as f32 } else { f32::NAN };
             } else if !S::WEIGHTED.iter().any(|&(weighted, _)| weighted == i) {

@@ -47,7 +47,8 @@ impl<C: Row<f32>, P: Row<f32>> Total<C, P> {
         for (placed, &(_, plain)) in self.placed.as_mut().iter_mut().zip(layout.weighted) {
             *placed += f32::from(place) * block.as_ref().get(plain).copied().unwrap_or(0.0);
         }
-        for (i, (total, &x)) in self.closed.as_mut().iter_mut().zip(block.as_ref()).enumerate() {
+        // A bounded range: `enumerate` counts with a check for overflow where those are on.
+        for ((total, &x), i) in self.closed.as_mut().iter_mut().zip(block.as_ref()).zip(0..usize::MAX) {
             if i < layout.sums {
                 *total += x;
             } else if x > *total {

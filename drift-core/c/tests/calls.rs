@@ -12,8 +12,13 @@ use drift_c::kinds::*;
 use drift_c::monitor::*;
 use drift_c::report::drift_report_t;
 
-type Memory = [drift_monitor_t; DRIFT_FULL_WORDS];
-const ZERO: Memory = [drift_monitor_t { word: 0 }; DRIFT_FULL_WORDS];
+/// A monitor has padding: copied as plain words it would be read.
+type Memory = [MaybeUninit<drift_monitor_t>; DRIFT_FULL_WORDS];
+const ZERO: Memory = [MaybeUninit::new(drift_monitor_t { word: 0 }); DRIFT_FULL_WORDS];
+
+fn at(memory: &mut Memory) -> *mut drift_monitor_t {
+    memory.as_mut_ptr().cast()
+}
 
 /// Windows of 4 blocks of 5 ticks, one CUSUM.
 fn config() -> drift_config_t {
@@ -45,7 +50,7 @@ fn limits_of_counts_are_counts() {
         config.has_saturation = 1;
         (config.u_min, config.u_max) = (-100.0, 100.0);
         edit(&mut config);
-        unsafe { drift_pair_i32_init(memory.as_mut_ptr(), DRIFT_PAIR_I32_WORDS as u32, &config) }
+        unsafe { drift_pair_i32_init(at(memory), DRIFT_PAIR_I32_WORDS as u32, &config) }
     };
     assert_eq!(start(|_| (), &mut memory), DRIFT_OK);
     assert_eq!(start(|c| c.u_min = f32::NAN, &mut memory), DRIFT_BAD_CONFIG);
@@ -63,17 +68,17 @@ fn a_save_that_is_refused_writes_nothing() {
     let mut bytes = [0x5a_u8; DRIFT_STATE_BYTES];
     let size = bytes.len() as u32;
     unsafe {
-        assert_eq!(drift_save(memory.as_mut_ptr(), bytes.as_mut_ptr(), size), DRIFT_NOT_INITIALISED);
+        assert_eq!(drift_save(at(&mut memory), bytes.as_mut_ptr(), size), DRIFT_NOT_INITIALISED);
         assert_eq!(drift_save(null_mut(), bytes.as_mut_ptr(), size), DRIFT_NULL);
         let config = config();
-        assert_eq!(drift_full_init(memory.as_mut_ptr(), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
-        let needed = drift_state_bytes(memory.as_mut_ptr());
+        assert_eq!(drift_full_init(at(&mut memory), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
+        let needed = drift_state_bytes(at(&mut memory));
         assert!(needed > 0);
         let too_few = needed as u32 - 1;
-        assert_eq!(drift_save(memory.as_mut_ptr(), bytes.as_mut_ptr(), too_few), DRIFT_BUFFER_TOO_SMALL);
+        assert_eq!(drift_save(at(&mut memory), bytes.as_mut_ptr(), too_few), DRIFT_BUFFER_TOO_SMALL);
         assert!(bytes.iter().all(|b| *b == 0x5a), "the caller's bytes");
-        assert_eq!(drift_save(memory.as_mut_ptr(), bytes.as_mut_ptr(), size), needed);
-        assert_eq!(drift_restore(memory.as_mut_ptr(), bytes.as_ptr(), needed as u32), DRIFT_OK);
+        assert_eq!(drift_save(at(&mut memory), bytes.as_mut_ptr(), size), needed);
+        assert_eq!(drift_restore(at(&mut memory), bytes.as_ptr(), needed as u32), DRIFT_OK);
     }
 }
 
@@ -82,13 +87,13 @@ fn too_few_words_other_numbers_and_what_is_not_linked_are_refused() {
     let (mut memory, mut report, mut config) = (ZERO, report(), config());
     unsafe {
         let words = DRIFT_PAIR_WORDS as u32;
-        assert_eq!(drift_pair_init(memory.as_mut_ptr(), 5, &config), DRIFT_BUFFER_TOO_SMALL);
-        assert_eq!(drift_pair_init(memory.as_mut_ptr(), words, &config), DRIFT_OK);
-        assert_eq!(drift_tick_i32(memory.as_mut_ptr(), 1, 2, 3, &mut report), DRIFT_OTHER_NUMBER);
-        assert_eq!(drift_tick_without(memory.as_mut_ptr(), 7, &mut report), DRIFT_BAD_CONFIG);
+        assert_eq!(drift_pair_init(at(&mut memory), 5, &config), DRIFT_BUFFER_TOO_SMALL);
+        assert_eq!(drift_pair_init(at(&mut memory), words, &config), DRIFT_OK);
+        assert_eq!(drift_tick_i32(at(&mut memory), 1, 2, 3, &mut report), DRIFT_OTHER_NUMBER);
+        assert_eq!(drift_tick_without(at(&mut memory), 7, &mut report), DRIFT_BAD_CONFIG);
         config.hop_blocks = 2;
-        assert_eq!(drift_pair_init(memory.as_mut_ptr(), words, &config), DRIFT_NOT_LINKED);
-        let odd = memory.as_mut_ptr().byte_add(1);
+        assert_eq!(drift_pair_init(at(&mut memory), words, &config), DRIFT_NOT_LINKED);
+        let odd = at(&mut memory).byte_add(1);
         assert_eq!(drift_tick(odd, 0.0, 0.0, 0.0, &mut report), DRIFT_MISALIGNED);
     }
 }
@@ -109,11 +114,11 @@ fn commissioning_and_a_drift() {
     let mut window = |memory: &mut Memory, report: &mut drift_report_t, more: f32| {
         for _ in 0..20 {
             let (y, u) = (noise(), 1.0 + more + noise());
-            unsafe { drift_tick(memory.as_mut_ptr(), 0.5 * noise(), y, u, report) };
+            unsafe { drift_tick(at(memory), 0.5 * noise(), y, u, report) };
         }
     };
     unsafe {
-        assert_eq!(drift_full_init(memory.as_mut_ptr(), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
+        assert_eq!(drift_full_init(at(&mut memory), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
         assert_eq!(drift_commissioning_start(&mut learning), DRIFT_OK);
         assert_eq!(drift_commissioning_finish(&learning, 3, &mut config), DRIFT_TOO_FEW_WINDOWS);
         for _ in 0..40 {
@@ -122,7 +127,7 @@ fn commissioning_and_a_drift() {
         }
         assert_eq!(drift_commissioning_finish(&learning, 3, &mut config), DRIFT_OK);
         assert!(config.channels.iter().all(|c| c.baseline.sigma > 0.0 && c.baseline.windows == 40.0));
-        assert_eq!(drift_full_init(memory.as_mut_ptr(), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
+        assert_eq!(drift_full_init(at(&mut memory), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
     }
     for _ in 0..10 {
         window(&mut memory, &mut report, 3.0);
@@ -138,10 +143,10 @@ fn a_loop_that_stands_still_is_not_learnt() {
     config.channels.iter_mut().for_each(|c| c.baseline.sigma = 0.0);
     let mut learning = drift_commissioning_t { words: [0; DRIFT_COMMISSIONING_WORDS] };
     unsafe {
-        assert_eq!(drift_full_init(memory.as_mut_ptr(), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
+        assert_eq!(drift_full_init(at(&mut memory), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
         assert_eq!(drift_commissioning_start(&mut learning), DRIFT_OK);
         for i in 0..20 * 40 {
-            if drift_tick(memory.as_mut_ptr(), 1.0, 0.5, 2.0, &mut report) == DRIFT_REPORT && i > 30 {
+            if drift_tick(at(&mut memory), 1.0, 0.5, 2.0, &mut report) == DRIFT_REPORT && i > 30 {
                 drift_commissioning_learn(&mut learning, &report);
             }
         }
@@ -168,7 +173,7 @@ fn random_calls_always_give_a_code() {
     let mut reports = 0;
     for _ in 0..calls {
         let (which, a, b, c) = (next() % 24, next(), next(), next());
-        let at = memory.as_mut_ptr();
+        let monitor = at(&mut memory);
         let code = unsafe {
             match which {
                 0 => {
@@ -185,29 +190,31 @@ fn random_calls_always_give_a_code() {
                     }
                     let words = DRIFT_FULL_WORDS as u32;
                     match c % 3 {
-                        0 => drift_pair_init(at, words, &config),
-                        1 => drift_full_init(at, words, &config),
-                        _ => drift_full_i32_init(at, words, &config),
+                        0 => drift_pair_init(monitor, words, &config),
+                        1 => drift_full_init(monitor, words, &config),
+                        _ => drift_full_i32_init(monitor, words, &config),
                     }
                 }
-                1 => drift_acknowledge(at),
-                2 => drift_save(at, bytes.as_mut_ptr(), (a as usize % (DRIFT_STATE_BYTES + 1)) as u32),
-                3 => drift_save(at, bytes.as_mut_ptr(), DRIFT_STATE_BYTES as u32),
+                1 => drift_acknowledge(monitor),
+                2 => drift_save(monitor, bytes.as_mut_ptr(), (a as usize % (DRIFT_STATE_BYTES + 1)) as u32),
+                3 => drift_save(monitor, bytes.as_mut_ptr(), DRIFT_STATE_BYTES as u32),
                 4 => {
                     bytes[a as usize % DRIFT_STATE_BYTES] ^= (b & 0xff) as u8 & (c & 0xff) as u8;
-                    drift_restore(at, bytes.as_ptr(), DRIFT_STATE_BYTES as u32)
+                    drift_restore(monitor, bytes.as_ptr(), DRIFT_STATE_BYTES as u32)
                 }
-                5 => drift_tick_without(at, a % 3, &mut report),
-                6 => drift_tick(at, f32::from_bits(a), f32::from_bits(b), f32::from_bits(c), &mut report),
+                5 => drift_tick_without(monitor, a % 3, &mut report),
+                6 => {
+                    drift_tick(monitor, f32::from_bits(a), f32::from_bits(b), f32::from_bits(c), &mut report)
+                }
                 7 if a % 97 == 0 => {
                     // Somebody else's bytes at the head.
-                    memory[(b % 2) as usize].word = u64::from(c);
-                    let code = drift_tick(memory.as_mut_ptr(), 1.0, 0.5, 1.0, &mut report);
+                    memory[(b % 2) as usize] = MaybeUninit::new(drift_monitor_t { word: u64::from(c) });
+                    let code = drift_tick(at(&mut memory), 1.0, 0.5, 1.0, &mut report);
                     memory = ZERO;
                     code
                 }
-                n if n % 2 == 0 => drift_tick(at, 1.0, 0.5, (b % 100) as f32, &mut report),
-                _ => drift_tick_i32(at, 100, (a % 500) as i32, (b % 1000) as i32, &mut report),
+                n if n % 2 == 0 => drift_tick(monitor, 1.0, 0.5, (b % 100) as f32, &mut report),
+                _ => drift_tick_i32(monitor, 100, (a % 500) as i32, (b % 1000) as i32, &mut report),
             }
         };
         assert!((DRIFT_NO_SCATTER..=DRIFT_STATE_BYTES as i32).contains(&code), "call {which}: {code}");

@@ -5,7 +5,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::targets::{BUILD, Target};
+use crate::image::panics;
+use crate::targets::{BUILD, M0, M4F, Target};
 
 /// Runs a command to its end; its standard output, or an error with its standard error.
 pub fn run(command: &mut Command) -> Result<Vec<u8>> {
@@ -62,6 +63,48 @@ pub fn library_everywhere() -> Result<()> {
 pub fn programs(target: &Target) -> Result<()> {
     let packages = ["build", "--quiet", "--release", "-p", "pi_loop", "-p", "replay", "-p", "probe"];
     cargo(&[&packages[..], &["--target", target.triple]].concat())
+}
+
+/// The probes with the checks on that a release leaves out: freedom from panics must not rest on them being off.
+pub fn overflow_checks() -> Result<()> {
+    let folder = target_dir().join("overflow_checks");
+    for target in [M4F, M0] {
+        // The target's own flags are not added to those of the environment.
+        run(Command::new("cargo")
+            .args(["build", "--quiet", "--release", "-p", "probe", "--target", target.triple])
+            .env("RUSTFLAGS", "-C link-arg=-Tlink.x -C overflow-checks=on")
+            .arg("--target-dir")
+            .arg(&folder))?;
+        let release = folder.join(target.triple).join("release");
+        for (program, without, _) in crate::probe::PROBES {
+            let (with, without) = (panics(&release.join(program))?, panics(&release.join(without))?);
+            let ours: Vec<&String> = with.iter().filter(|name| !without.contains(name)).collect();
+            if !ours.is_empty() {
+                bail!("{program} on {} with overflow checks: {ours:?}", target.core);
+            }
+            let owner = calls_panic(&release.join(program))?;
+            if !owner.is_empty() {
+                bail!("{program} on {} with overflow checks: a panic in {}", target.core, owner.join(", "));
+            }
+        }
+        println!("checked   overflow checks on, {}: no function of drift-core holds a panic", target.core);
+    }
+    Ok(())
+}
+
+/// Functions of drift-core that call the panic machinery, by the disassembly.
+fn calls_panic(image: &std::path::Path) -> Result<Vec<String>> {
+    let text = run(Command::new("arm-none-eabi-objdump").args(["-d", "-C"]).arg(image))?;
+    let text = String::from_utf8_lossy(&text);
+    let (mut inside, mut found) = ("", Vec::new());
+    for line in text.lines() {
+        if let Some((_, name)) = line.split_once(" <").filter(|_| line.ends_with(">:")) {
+            inside = name;
+        } else if line.contains("panicking") && inside.starts_with("drift_core") {
+            found.push(inside.trim_end_matches(">:").to_string());
+        }
+    }
+    Ok(found)
 }
 
 /// The example for a real board.

@@ -30,7 +30,7 @@ pub struct Row {
 }
 
 /// (image, image without a monitor, what it is).
-const PROBES: [(&str, &str, &str); 7] = [
+pub const PROBES: [(&str, &str, &str); 7] = [
     ("smallest_f32", "none_f32", "smallest: pair f32, CUSUM, known baseline"),
     ("pair_f32", "none_f32", "pair f32, CUSUM, curve, 16 blocks"),
     ("all_f32", "none_f32", "all f32, 3 channels, 4 detectors, 8 blocks"),

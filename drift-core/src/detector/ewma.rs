@@ -5,7 +5,7 @@ use crate::store::{Reader, Writer};
 
 /// `mean += lambda*(z - mean)`; alarm where its magnitude is above `limit`.
 ///
-/// The limit is `L*sqrt(lambda/(2 - lambda))` with the tables' L: with `lambda = 0.1, L = 2.703` one false alarm in
+/// The limit is `L*sqrt(lambda/(2 - lambda))` with the tables' L: with `lambda = 0.1, L = 2.814` one false alarm in
 /// 500 decisions on average when the baseline is known exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

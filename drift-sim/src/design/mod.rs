@@ -5,7 +5,7 @@
 //! after a shift, from the statistic's start.
 //!
 //! * [`Cusum`], [`OneSided`]: exact by the integral equation, with head start; [`siegmund`]: the closed form, and autocorrelated residuals.
-//! * [`Shewhart`], [`Sprt`]: the other two detectors. [`joint_arl`]: all of them at once.
+//! * [`Ewma`]: exact by the same equation. [`Shewhart`], [`Sprt`]: the other two detectors. [`joint_arl`]: all of them at once.
 //! * [`RunLength`]: quantiles, and the probability of an alarm within a mission.
 //! * [`EstimatedBaseline`]: what is promised when mean and sigma came from few windows, and the threshold that promises it anyway.
 //!
@@ -14,6 +14,7 @@
 mod check;
 mod cusum;
 mod estimated;
+mod ewma;
 mod joint;
 mod linear_drift;
 pub(crate) mod normal;
@@ -29,6 +30,7 @@ mod walk;
 pub use check::{LARGEST_SHIFT, LARGEST_SLOPE, SMALLEST_SLOPE, shift as check_shift};
 pub use cusum::{Cusum, LARGEST_ARL0, LARGEST_H, LARGEST_K, OneSided};
 pub use estimated::EstimatedBaseline;
+pub use ewma::Ewma;
 pub use joint::{joint_arl, share_arl0};
 pub use run_length::RunLength;
 pub use shewhart::{LARGEST_LIMIT, Shewhart};

@@ -152,7 +152,7 @@ impl Expectation<'_> {
 
 /// Expected total cost from each state of an absorbing chain: `rows` are the moves, `exits` the probabilities to end. The diagonal of `rows`
 /// is not read: staying is what is neither a move nor the end.
-fn censor(rows: &mut [Vec<f64>], exits: &mut [f64], costs: &mut [f64]) -> Vec<f64> {
+pub(super) fn censor(rows: &mut [Vec<f64>], exits: &mut [f64], costs: &mut [f64]) -> Vec<f64> {
     let count = rows.len();
     let mut ways_out = vec![1.0; count];
     for last in (0..count).rev() {

@@ -4,7 +4,7 @@
 use drift_core::{Channel, ChannelKind};
 use serde::Serialize;
 
-use crate::design::{OneSided, normal};
+use crate::design::{Ewma, OneSided, normal};
 
 /// With this probability the shift would have shown.
 pub const PROBABILITY: f64 = 0.9;
@@ -66,7 +66,11 @@ fn shows(channel: &Channel, judged: u64, shift: f64) -> bool {
         let limit = f64::from(d.upper).max(-f64::from(d.lower));
         1.0 - normal::below(limit - shift).powf(judged as f64)
     });
-    [cusum, sprt, shewhart].into_iter().flatten().any(|probability| probability >= PROBABILITY)
+    let ewma = detectors.ewma.map(|d| {
+        let chart = Ewma::new(f64::from(d.lambda), f64::from(d.limit));
+        chart.map_or(0.0, |chart| chart.alarm_within(shift, judged))
+    });
+    [cusum, ewma, sprt, shewhart].into_iter().flatten().any(|probability| probability >= PROBABILITY)
 }
 
 #[cfg(test)]

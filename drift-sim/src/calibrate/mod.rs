@@ -2,7 +2,7 @@
 //! alarms of the whole monitor.
 //!
 //! 1. [`timing`]: window and hop. drift-core's own monitor turns the recordings into windows ([`WindowRow`]).
-//! 2. [`regression`]: each channel's line. [`autocorrelation`]: how many independent windows they are worth.
+//! 2. `memory`: how far back the effort channel's relation reaches. [`regression`]: each channel's line. [`autocorrelation`]: how many independent windows they are worth.
 //! 3. The standardised residuals of all channels become one random process (skewed and heavy-tailed marginals, autoregressive,
 //!    correlated channels); thresholds are simulated on it with the real detectors.
 //! 4. `caution`: the thresholds are made for a loop that is worse than the one found by margins that fall with the number of windows, so
@@ -13,12 +13,12 @@
 //!
 //! | loop | realised/N from 2000 windows | range | delay | kept from 200 windows | delay |
 //! |---|---|---|---|---|---|
-//! | paper's, 3 s windows | 1.39 +- 0.11 | 0.65 to 2.54 | +5 % | 95 +- 2 % | +120 % |
+//! | paper's, 3 s windows | 1.40 +- 0.11 | 0.71 to 2.81 | +4 % | 96 +- 2 % | +101 % |
 //! | servo | 1.19 +- 0.08 | 0.74 to 2.22 | +1.5 % | 93 +- 2 % | +32 % |
-//! | flow | 1.33 +- 0.05 | 0.86 to 1.88 | +1.7 % | 120 of 120 | +40 % |
-//! | speed, coarse sensor; nothing was chosen on it | 1.43 +- 0.06 | 1.02 to 2.03 | +1.7 % | 120 of 120 | +39 % |
+//! | flow | 1.28 +- 0.05 | 0.95 to 1.63 | +1.7 % | 120 of 120 | +31 % |
+//! | speed, coarse sensor; nothing was chosen on it | 1.23 +- 0.05 | 0.86 to 1.68 | +1.7 % | 99 +- 1 % | +30 % |
 //!
-//! The promise from 2000 windows is one of the mean: a single calibration realises between 0.65 N and 2.5 N. From 200 windows
+//! The promise from 2000 windows is one of the mean: a single calibration realises between 0.7 N and 2.8 N. From 200 windows
 //! the caution is dear where the windows are correlated, and more than flow and speed need. N other than 500 and confidences other than 0.9
 //! (the margins go with the normal quantile) were not measured.
 //!

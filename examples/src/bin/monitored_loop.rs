@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while commissioning.windows() < 100 {
         let (r, y, u) = heater.tick();
         if let Some(report) = learning.tick(r, y, u) {
-            commissioning.learn(&report);
+            commissioning.learn(report);
         }
     }
     println!(

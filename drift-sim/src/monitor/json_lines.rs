@@ -12,7 +12,7 @@
 //! "healthy|disturbance|suspect|drift|not_judged", "channels": [{"kind", "index", "judged", "extrapolated",
 //! "mean_z", "max_abs_z", "alarms", "detectable": {"sigmas", "value", "y"}, "verdict", "worst"}], "events": [{"kind", "from_s", "alarm_s", "to_s",
 //! "max_z", "location", "channels": [{"channel", "kind", "side", "from_s", "alarm_s", "to_s", "detectors", "max_z",
-//! "fault_curve": {"b0_before", "b1_before", "b0", "b1", "shift", "windows", "moved"}}]}], "more_events"}}`.
+//! "fault_curve": {"b0_before", "b1_before", "b0", "b1", "shift", "windows", "moved"}}]}], "more_events", "pinned": {"limit", "from_s", "to_s", "mean_e"}}}`.
 
 use std::io::{self, Write};
 
@@ -24,6 +24,7 @@ use serde::Serialize;
 
 use super::detectable::Detectable;
 use super::events::{Course, Event, EventKind, Raised};
+use super::pinned::Pinned;
 use super::run::Hop;
 use super::summary::{ChannelSummary, ExcludedTotal, Summary};
 
@@ -76,6 +77,7 @@ pub fn write_summary(out: &mut (impl Write + ?Sized), summary: &Summary) -> io::
         channels: summary.channels.each_ref().map(ChannelContent::of),
         events: summary.events.iter().map(EventContent::of).collect(),
         more_events: summary.more_events,
+        pinned: summary.pinned,
     };
     line(out, &SummaryLine { schema: SCHEMA, summary: content })
 }
@@ -169,6 +171,7 @@ struct SummaryContent<'a> {
     channels: [ChannelContent; 3],
     events: Vec<EventContent>,
     more_events: u64,
+    pinned: Option<Pinned>,
 }
 
 #[derive(Serialize)]

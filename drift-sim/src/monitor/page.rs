@@ -31,7 +31,11 @@ pub fn page(
     let drawing = Drawing { summary, chart, columns, unit, per_unit };
     Page {
         title: format!("Monitoring of {}", file_name(summary)),
-        verdict: screen::verdict(summary),
+        verdict: [Some(screen::verdict(summary)), screen::pinned(summary)]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(" "),
         command,
         facts: facts(summary, baseline),
         sections: vec![

@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use drift_core::{Config, Input, Report};
 
 use super::chart::Chart;
-use super::json_lines;
 use super::summary::{Summary, Tally};
+use super::{json_lines, pinned};
 use crate::baseline_file::HostMonitor;
 use crate::recording::{RecordingStream, RowState};
 use crate::{Error, Result};
@@ -119,6 +119,7 @@ pub fn watch(
     let name = stream.name().to_owned();
     let mut runner = Runner::new(config, stream.sample_time_s()).map_err(|e| e.in_file(&name))?;
     let mut tally = Tally::new(config);
+    let mut pinned = pinned::Watch::new(config.saturation, stream.sample_time_s(), runner.window_s);
     let bytes = |stream: &RecordingStream| stream.bytes_read();
     let mut index = 0u64;
     loop {
@@ -129,6 +130,9 @@ pub fn watch(
         index = sample.index + 1;
         if let Some(chart) = &mut outputs.chart {
             chart.sample(sample.t_s, sample.r, sample.y, sample.u);
+        }
+        if sample.state == RowState::Valid {
+            pinned.sample(sample.t_s, sample.r - sample.y, sample.u);
         }
         let input = match sample.state {
             RowState::Valid => Input::Sample { r: sample.r as f32, y: sample.y as f32, u: sample.u as f32 },
@@ -144,7 +148,8 @@ pub fn watch(
             json_lines::write_hop(out, &hop)?;
         }
     }
-    let summary = tally.finish(name, stream.start_s(), stream.sample_time_s(), stream.quality());
+    let mut summary = tally.finish(name, stream.start_s(), stream.sample_time_s(), stream.quality());
+    summary.pinned = pinned.finish();
     if let Some(out) = &mut outputs.json {
         json_lines::write_summary(out, &summary)?;
     }

@@ -43,6 +43,9 @@ fn write_screen(out: &mut String, summary: &Summary, promise: Option<&Promise>) 
         )?;
     }
     writeln!(out, "\n{}\n", verdict(summary))?;
+    if let Some(text) = pinned(summary) {
+        writeln!(out, "{text}\n")?;
+    }
     write_channels(out, &summary.channels)?;
     write_events(out, summary)
 }
@@ -113,6 +116,19 @@ pub(super) fn verdict(summary: &Summary) -> String {
             if passed == 1 { "deviation" } else { "deviations" }
         ),
     }
+}
+
+/// A controller that has nothing left to give.
+pub(super) fn pinned(summary: &Summary) -> Option<String> {
+    summary.pinned.map(|p| {
+        format!(
+            "PINNED: u stands at its limit of {} from {} s to {} s, and e does not vanish: {} on average.",
+            short(p.limit),
+            short(p.from_s),
+            short(p.to_s),
+            short(p.mean_e)
+        )
+    })
 }
 
 /// What the run could not have shown.

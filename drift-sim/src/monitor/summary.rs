@@ -4,6 +4,7 @@ use drift_core::{Channel, ChannelKind, Config, Excluded, Verdict, WindowStatus};
 
 use super::detectable::Detectable;
 use super::events::{Event, EventKind, Events};
+use super::pinned::Pinned;
 use super::run::Hop;
 use crate::recording::Quality;
 
@@ -109,6 +110,8 @@ pub struct Summary {
     pub more_events: u64,
     /// The most severe of all events; `None` without any.
     pub worst: Option<EventKind>,
+    /// u stood at a limit and the error did not vanish; `None` where it never did.
+    pub pinned: Option<Pinned>,
 }
 
 impl Summary {
@@ -232,6 +235,7 @@ impl Tally {
             worst: events.iter().map(Event::kind).max().max(dropped_worst),
             events,
             more_events,
+            pinned: None,
         }
     }
 }

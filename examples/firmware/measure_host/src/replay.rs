@@ -62,7 +62,7 @@ fn real() -> Result<Option<Vec<Sample>>> {
 fn script() -> Vec<Sample> {
     let mut script = scenario::events::Script::new(2000);
     (0..2000 * scenario::events::WINDOWS)
-        .map(|_| match script.next().1 {
+        .map(|_| match script.tick().1 {
             drift_core::Input::Sample { r, y, u } => [r, y, u],
             _ => [f32::NAN; 3],
         })

@@ -57,7 +57,7 @@ pub fn f32<const C: usize>(config: &Config<f32, C>, mut tick: impl FnMut(Input<f
     board::repaint_stack();
     let before = board::stack_painted();
     for n in 0..config.window_ticks().saturating_mul(WINDOWS) {
-        let (stretch, input) = black_box(script.next());
+        let (stretch, input) = black_box(script.tick());
         let ruler = clock::time(|| match input {
             Input::Sample { r, y, u } => _ = black_box(rivals::nothing(r, y, u)),
             _ => _ = black_box(rivals::nothing(0.0, 0.0, 0.0)),
@@ -80,7 +80,7 @@ pub fn i32<const C: usize>(config: &Config<i32, C>, mut tick: impl FnMut(Input<i
     board::repaint_stack();
     let before = board::stack_painted();
     for n in 0..config.window_ticks().saturating_mul(WINDOWS) {
-        let (stretch, input) = black_box(script.next_counts());
+        let (stretch, input) = black_box(script.tick_counts());
         let ruler = clock::time(|| match input {
             Input::Sample { r, y, u } => _ = black_box(rivals::nothing_counts(r, y, u)),
             _ => _ = black_box(rivals::nothing(0.0, 0.0, 0.0)),

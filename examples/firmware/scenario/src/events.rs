@@ -75,7 +75,7 @@ impl Script {
     }
 
     /// The next tick and the stretch that it belongs to.
-    pub fn next(&mut self) -> (Stretch, Input<f32>) {
+    pub fn tick(&mut self) -> (Stretch, Input<f32>) {
         let window_ticks = self.window_ticks.max(1);
         let (window, at) = (self.tick / window_ticks, self.tick % window_ticks);
         self.tick = self.tick.wrapping_add(1);
@@ -95,8 +95,8 @@ impl Script {
     }
 
     /// The same in counts of 1/4096; NaN is beyond any count.
-    pub fn next_counts(&mut self) -> (Stretch, Input<i32>) {
-        let (stretch, input) = self.next();
+    pub fn tick_counts(&mut self) -> (Stretch, Input<i32>) {
+        let (stretch, input) = self.tick();
         let count = |x: f32| if x.is_nan() { i32::MAX } else { (x * 4096.0) as i32 };
         let input = match input {
             Input::Sample { r, y, u } => Input::Sample { r: count(r), y: count(y), u: count(u) },

@@ -4,10 +4,9 @@ use core::mem::MaybeUninit;
 
 use drift_core::{Commissioning, NotReady};
 
-use crate::codes::{
-    DRIFT_MISALIGNED, DRIFT_NO_SCATTER, DRIFT_NULL, DRIFT_OK, DRIFT_TOO_FEW_WINDOWS, drift_code_t,
-};
+use crate::codes::{DRIFT_NO_SCATTER, DRIFT_OK, DRIFT_TOO_FEW_WINDOWS, drift_code_t};
 use crate::config::{DRIFT_CHANNELS, drift_config_t};
+use crate::monitor::aligned;
 use crate::report::drift_report_t;
 
 /// 64-bit words of a commissioning.
@@ -20,16 +19,6 @@ const _: () = assert!(size_of::<Commissioning<DRIFT_CHANNELS>>() <= 8 * DRIFT_CO
 pub struct drift_commissioning_t {
     /// Not to be touched.
     pub words: [u64; DRIFT_COMMISSIONING_WORDS],
-}
-
-fn aligned<T>(pointer: *const T) -> Result<(), i32> {
-    if pointer.is_null() {
-        Err(DRIFT_NULL)
-    } else if pointer.is_aligned() {
-        Ok(())
-    } else {
-        Err(DRIFT_MISALIGNED)
-    }
 }
 
 /// Nothing learnt yet.

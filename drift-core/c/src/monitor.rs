@@ -52,7 +52,8 @@ pub(crate) struct Storage<N: Sample, S: IndexSet<N>, O: Options, const C: usize>
 
 const SEAL: usize = 0x6472_6966;
 
-fn aligned<T>(pointer: *const T) -> Result<(), i32> {
+/// Neither null nor misaligned.
+pub(crate) fn aligned<T>(pointer: *const T) -> Result<(), i32> {
     if pointer.is_null() {
         Err(DRIFT_NULL)
     } else if !pointer.is_aligned() {

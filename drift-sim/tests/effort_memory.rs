@@ -1,6 +1,7 @@
 //! The effort channel with memory: on loops that are simulated here (first order and two lags under a PI, a reference that
 //! wanders, a slow unmeasured load of its own), `calibrate` chooses the order by validation, the residual becomes white,
 //! and a load is found sooner at the same promise. The truth, onset and size of the load, is known exactly.
+#![allow(clippy::unwrap_used)]
 
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
 use drift_sim::calibrate::{Calibration, Options, Signals, calibrate};
@@ -41,7 +42,7 @@ impl Case {
         let mut out: Run = [vec![], vec![], vec![]];
         let keep = 1.0 - 1.0 / (2.0 * WINDOW as f64);
         for tick in 0..windows * WINDOW {
-            if tick % (WINDOW + WINDOW / 2) == 0 {
+            if tick.is_multiple_of(WINDOW + WINDOW / 2) {
                 level = levels.random_range(0.5..1.5);
             }
             r += (level - r) / 30.0;
@@ -101,7 +102,7 @@ fn delay(file: &BaselineFile, run: &Run, onset: usize, most: usize) -> usize {
 fn mean_delay(case: &Case, file: &BaselineFile, load: f64) -> f64 {
     let (onset, most) = (40, 160);
     let each = |seed: u64| {
-        let load = if seed % 2 == 0 { load } else { -load };
+        let load = if seed.is_multiple_of(2) { load } else { -load };
         let step = |window: f64| load * (window - onset as f64).clamp(0.0, 1.0);
         delay(file, &case.run(onset + most, 1000 + seed, step), onset, most)
     };

@@ -1,5 +1,6 @@
 //! The EWMA's exact run lengths against the published table (Lucas & Saccucci 1990, table 3, as reprinted by Montgomery), and the
 //! shipped detector against them by Monte Carlo.
+#![allow(clippy::unwrap_used)]
 
 use drift_core::{Detector, DetectorState, EwmaState};
 use drift_sim::design::Ewma;

@@ -28,7 +28,7 @@ EFFECTS = {
     "gain_loss": (ALL, lambda s, k, p: dict(loss=s(0.15, 0.4)), "later"),
     "nonlinear_gain": (["arm", "motor", *PROCESS], lambda s, k, p: dict(exponent=s.either((0.7, 0.85), (1.2, 1.5)) if k.family in MASS else s.either((0.88, 0.95), (1.06, 1.15))), "start"),
     "delay": ([*MASS, "oscillator", "two-lags", "pressure", "tank", "level"], lambda s, k, p: dict(delay_s=s(0.6, 1.5) * k.late), "start"),
-    "rate_limit": (["level", "pressure", "two-lags", "heater", "tank"], lambda s, k, p: dict(limit_per_s=s(0.25, 0.6) * k.slew), "start"),
+    "rate_limit": (["level", "pressure", "two-lags", "heater", "tank"], lambda s, k, p: dict(limit_per_s=s(0.35, 0.7) * k.slew), "start"),
     "unmodelled_lag": ([*MASS, "heater", "level", "tank"], lambda s, k, p: dict(time_constant_s=s(0.6, 1.4) * k.lag), "start"),
     "flexible_mode": (MASS, lambda s, k, p: dict(frequency_hz=s(0.25, 0.6) / k.lag, damping=s(0.15, 0.4)), "start"),
     "sensor_hysteresis": (["heater", "flow", "two-lags", "pressure"], lambda s, k, p: dict(width=s(0.02, 0.06) * k.y), "start"),

@@ -124,7 +124,7 @@ def pressure(rng):
     law = pid(rng, kp, kp / (slow + quick), 0.15 * kp * quick, 0.5, -50.0, 250.0)
     plant = dict(kind="transfer-function", num=[gain * zero, gain], den=[slow * quick, slow + quick, 1.0], offset=offset)
     return Family("pressure", 0.25, 12000, plant, law, dict(r="bar", y="bar", u="%"), span=30 * gain, centre=gain * (55 + offset), segment=140,
-                  noise_sd=0.01 * gain, slow=35, wave_hz=0.025, lag=1.5, late=1.0, settle=15 * slow)
+                  noise_sd=0.01 * gain, slow=35, wave_hz=0.025, lag=3, late=2.5, settle=15 * slow)
 
 
 def two_lags(rng):
@@ -135,7 +135,7 @@ def two_lags(rng):
     law = pid(rng, kp, kp / (slow + quick), 0.5 * kp * quick, 0.4, -100.0, 200.0)
     plant = dict(kind="transfer-function", num=[gain], den=[slow * quick, slow + quick, 1.0], offset=offset)
     return Family("two-lags", 0.2, 13000, plant, law, dict(r="K", y="K", u="%"), span=28 * gain, centre=50 * gain, segment=150,
-                  noise_sd=0.01 * gain, slow=40, wave_hz=0.03, lag=1.5, late=0.8, settle=15 * slow)
+                  noise_sd=0.01 * gain, slow=40, wave_hz=0.03, lag=2.5, late=2, settle=15 * slow)
 
 
 def oscillator(rng):
@@ -160,7 +160,7 @@ def tank(rng):
     law = dict(kind="pi", kp=kp, ki=kp / min(slow, 4 * lam), u_min=0.0, u_max=150.0)
     plant = dict(kind="tank", area=area, inflow_gain=inflow, outflow=outflow)
     return Family("tank", 0.2, 12000, plant, law, dict(r="m", y="m", u="%"), span=0.4 * height, centre=height, segment=120,
-                  noise_sd=0.002 * height, slow=20, wave_hz=0.03, lag=0.8, late=0.6, settle=10 * slow, fixed=("inflow_gain",))
+                  noise_sd=0.002 * height, slow=20, wave_hz=0.03, lag=1.2, late=1.0, settle=10 * slow, fixed=("inflow_gain",))
 
 
 FAMILIES = {f.__name__.replace("_", "-"): f for f in (axis, arm, motor, heater, flow, level, pressure, two_lags, oscillator, tank)}

@@ -6,6 +6,7 @@ The label has the form of the sibling generator's (wide.py), so that either scor
 """
 import json
 import os
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +21,18 @@ from record import record
 KNOW = ["model", "rough", "law", "plant", "healthy", "nothing"]
 ATTEMPTS = 12
 SILENT_PCT = 99.9  # u without the effect fits u with it as well as this
+
+
+@dataclass
+class Small:
+    """How the few cases that are committed differ: short, sampled more slowly, under a noise that is given, in few digits."""
+
+    samples: int
+    slower: int  # times the family's sample time
+    process: str
+    process_part: float  # of the usual drive
+    digits: float = 50  # steps of the last digit in the noise of y, in what u does from sample to sample
+    reference_steps: float = 2000  # steps of the reference's last digit in its span
 
 
 def fit_pct(of, by):
@@ -54,32 +67,43 @@ def sound(y, u, without, usual):
     return np.isfinite(y).all() and np.isfinite(u).all() and np.ptp(u) < 8 * max(np.ptp(without), np.ptp(usual))
 
 
-def write_csv(path, family, r, y, u):
+def write_csv(path, family, r, y, u, small=None):
+    if small:  # few digits, and no time: the loop file has the sample time
+        y = rounded(y, family.noise_sd / small.digits)
+        u = rounded(u, np.std(np.diff(u)) / small.digits)
+        np.savetxt(path, np.column_stack([r, y, u]), delimiter=",", header="r,y,u", comments="", fmt="%.9g")
+        return
     t = np.arange(len(r)) * family.sample_time
     np.savetxt(path, np.column_stack([t, r, y, u]), delimiter=",", header="t,r,y,u", comments="", fmt=["%.7g", "%.7g", "%.9g", "%.8g"])
 
 
-def make(out, name, key, kind, family_name, know, excite, also=None, samples=None, noise=None):
-    """Writes the case and gives its label; None where no draw gives a loop that stands. `key` seeds the draws. `noise`: (process, its
-    size, colour, lattice) instead of drawn ones."""
+def rounded(values, step):
+    """To whole multiples of the power of ten at or below the step."""
+    return np.round(values, -int(np.floor(np.log10(step))))
+
+
+def drawn_noise(rng, family, excite):
+    """(process, its part of the usual drive, colour and lattice of the sensor's noise)."""
+    process = str(rng.choice(noises.PROCESS if excite != "rest" else noises.PROCESS[1:]))
+    part = float(rng.choice([0.03, 0.1]) if excite == "rest" else rng.choice([0.02, 0.05, 0.1]))
+    colour = float(rng.choice([0, 0, 0.5, 0.9]))
+    lattice = float(family.noise_sd * rng.choice([0, 0, 0, 1.0]))
+    return process, part if process != "none" else 0.0, colour, lattice
+
+
+def make(out, name, key, kind, family_name, know, excite, also=None, small=None):
+    """Writes the case and gives its label; None where no draw gives a loop that stands. `key` seeds the draws."""
     rng = np.random.default_rng(key)
     family = FAMILIES[family_name](rng)
-    if samples:
-        family.samples = samples
+    if small:
+        family.samples, family.sample_time, family.steps = small.samples, family.sample_time * small.slower, family.steps * small.slower
     usual = record(rng, family, motion(rng, "usual", family))
     scales = effects.Scales(family, *usual)
-    if noise is None:
-        process = str(rng.choice(noises.PROCESS if excite != "rest" else noises.PROCESS[1:]))
-        size = float(rng.choice([0.03, 0.1]) if excite == "rest" else rng.choice([0.02, 0.05, 0.1]))
-        colour = float(rng.choice([0, 0, 0.5, 0.9]))
-        lattice = float(family.noise_sd * rng.choice([0, 0, 0, 1.0]))
-    else:
-        process, size, colour, lattice = noise
-        lattice *= family.noise_sd
-    if process == "none":
-        size = 0.0
+    process, size, colour, lattice = (small.process, small.process_part, 0.0, 0.0) if small else drawn_noise(rng, family, excite)
     noisy = dict(process=process, process_sd=size * scales.drive, colour=colour, lattice=lattice)
     references = [motion(rng, excite, family) for _ in range(3)]
+    if small:
+        references = [rounded(r, family.span / small.reference_steps) for r in references]
     seeds = [int(s) for s in rng.integers(2**31, size=3)]
 
     def recorded(index, terms):
@@ -104,9 +128,9 @@ def make(out, name, key, kind, family_name, know, excite, also=None, samples=Non
     os.makedirs(folder, exist_ok=True)
     loop_file.write(os.path.join(folder, "loop.toml"), family.sample_time, family.units, law, plant)
     loop_file.write(os.path.join(folder, "truth.toml"), family.sample_time, family.units, law, family.plant, family.noise_sd, terms)
-    write_csv(os.path.join(folder, "train.csv"), family, references[0], y, u)
+    write_csv(os.path.join(folder, "train.csv"), family, references[0], y, u, small)
     held_out = recorded(1, terms)
-    write_csv(os.path.join(folder, "holdout.csv"), family, references[1], *held_out)
+    write_csv(os.path.join(folder, "holdout.csv"), family, references[1], *held_out, small)
     if know == "healthy":
         write_csv(os.path.join(folder, "healthy.csv"), family, references[2], *recorded(2, ()))
     # The hold-out as the truth simulates it: the same, all noise left out.

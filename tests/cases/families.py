@@ -152,15 +152,15 @@ def oscillator(rng):
 def tank(rng):
     """A tank that drains by its own head: slightly nonlinear."""
     u = rng.uniform
-    area, inflow, height = u(0.5, 2), u(0.02, 0.06), u(0.8, 1.6)
+    area, inflow, height = u(8, 25), u(0.02, 0.06), u(0.8, 1.6)
     outflow = inflow * u(40, 60) / np.sqrt(height)
     slow = 2 * area * np.sqrt(height) / outflow
     lam = 0.4 * slow
     kp = area / (inflow * lam)
     law = dict(kind="pi", kp=kp, ki=kp / min(slow, 4 * lam), u_min=0.0, u_max=150.0)
     plant = dict(kind="tank", area=area, inflow_gain=inflow, outflow=outflow)
-    return Family("tank", 0.2, 12000, plant, law, dict(r="m", y="m", u="%"), span=0.4 * height, centre=height, segment=120,
-                  noise_sd=0.002 * height, slow=20, wave_hz=0.03, lag=1.2, late=1.0, settle=10 * slow, fixed=("inflow_gain",))
+    return Family("tank", 0.5, 12000, plant, law, dict(r="m", y="m", u="%"), span=0.4 * height, centre=height, segment=180,
+                  noise_sd=0.002 * height, slow=30, wave_hz=0.02, lag=2.5, late=2, settle=10 * slow, fixed=("inflow_gain",))
 
 
 FAMILIES = {f.__name__.replace("_", "-"): f for f in (axis, arm, motor, heater, flow, level, pressure, two_lags, oscillator, tank)}

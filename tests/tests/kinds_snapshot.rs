@@ -14,6 +14,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use drift_sim::physics::KINDS;
 use drift_tests::markdown::root;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde_json::Value;
@@ -234,6 +235,18 @@ fn the_true_loop_simulates_each_kinds_recording_as_well_as_the_case_makers_own_s
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+fn every_kind_has_a_case_at_its_place() {
+    for kind in KINDS {
+        let case = cases().into_iter().find(|case| case.text("kind") == kind.name);
+        let case = case.unwrap_or_else(|| panic!("no case of {} in tests/cases/fixed", kind.name));
+        assert_eq!(case.text("place"), kind.place.name(), "{}", kind.name);
+        let terms = case.label["terms"][0]["params"].as_object().unwrap();
+        let missing = kind.parameters.iter().find(|parameter| !terms.contains_key(parameter.name));
+        assert!(missing.is_none(), "{}: the case lacks {missing:?}", kind.name);
+    }
 }
 
 #[test]

@@ -101,7 +101,7 @@ def main(drift):
                 failed += not enough
                 print(f"drift  {name:11s} {kind:24s} u fits {fit:.4f} %{'' if enough else '   TOO LITTLE'}")
     print(f"{failed} too far apart" if failed else "all agree")
-    sys.exit(failed > 0)
+    sys.exit(1 if failed else 0)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ def main():
         bad = unlike.any() or off > 1e-5 * max(span, 1e-300) + 1e-9
         failed |= bool(bad)
         print(f"{name}: off by {off:.2g}, span {span:.4g}{', other gaps' if unlike.any() else ''}{'   DIFFERENT' if bad else ''}")
-    sys.exit(failed)
+    sys.exit(1 if failed else 0)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
+mod command;
+
 use std::fs;
 use std::io::Write;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -15,28 +17,6 @@ use drift_tests::markdown::{Block, blocks, pages, root};
 
 /// Printed after each block, to tell their outputs apart.
 const MARK: &str = "@@ end of block @@";
-
-/// Builds the command and says in which folder it lies.
-fn build() -> PathBuf {
-    let cargo = std::env::var_os("CARGO").unwrap();
-    let mut build = Command::new(&cargo);
-    build.args([
-        "build",
-        "--release",
-        "--locked",
-        "--bin",
-        "drift",
-        "--message-format=json-render-diagnostics",
-    ]);
-    let built = build.current_dir(root()).stderr(Stdio::inherit()).output().unwrap();
-    assert!(built.status.success());
-    let messages = String::from_utf8(built.stdout).unwrap();
-    let executable = messages.lines().rev().find_map(|line| {
-        let message: serde_json::Value = serde_json::from_str(line).ok()?;
-        message.get("executable")?.as_str().map(PathBuf::from)
-    });
-    executable.unwrap().parent().unwrap().to_path_buf()
-}
 
 /// An empty folder in which a page's commands run: the examples beside them, `cargo` sent to this workspace.
 fn scratch(built: &Path) -> (tempfile::TempDir, String) {
@@ -178,11 +158,12 @@ fn check(page: &Path, built: &Path) -> Vec<String> {
 #[test]
 #[ignore = "builds the release command and runs every block of README and book; CI runs it"]
 fn what_readme_and_book_tell_the_reader_to_type_works() {
-    let built = build();
+    let built = command::drift();
+    let built = built.parent().unwrap();
     let mut wrong = Vec::new();
     for page in pages() {
         let began = std::time::Instant::now();
-        let found = check(&page, &built);
+        let found = check(&page, built);
         println!("{:5.1} s  {}", began.elapsed().as_secs_f64(), page.display());
         wrong.extend(found.iter().map(|what| format!("{}: {what}", page.display())));
     }

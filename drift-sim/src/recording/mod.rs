@@ -36,7 +36,7 @@ pub use columns::ColumnMap;
 pub use quality::{Jitter, Quality};
 pub use stream::{RecordingStream, Sample};
 pub use when::{Comparison, When};
-pub use write::{uniform_times_s, write_csv};
+pub use write::{csv_bytes, uniform_times_s, write_csv};
 
 /// Whether a sample may enter a sum.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -8,6 +8,7 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, page, report};
+use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames, digits, shown, significant, with_unit};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
@@ -50,6 +51,14 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
+    let mut inputs: Vec<&Path> = vec![&arguments.recording, &arguments.loop_file];
+    inputs.extend(arguments.holdout.iter().chain(&arguments.healthy).map(PathBuf::as_path));
+    let named = [
+        ("--json", arguments.json.as_deref()),
+        ("--model", arguments.model.as_deref()),
+        ("--report", arguments.report.as_deref()),
+    ];
+    let mut outputs = Outputs::checked(&named, &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
     let inputs = || model.inputs.iter().map(|input| input.column.clone()).collect();
     let read = |path: &Path| Signals::new(&arguments.reading.read(path, inputs())?, &model);
@@ -65,7 +74,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     };
     drop(progress);
     if let Some(path) = &arguments.model {
-        output::write_text(path, &found.improved.to_toml())?;
+        outputs.write_text(path, &found.improved.to_toml())?;
     }
     if let Some(path) = &arguments.report {
         let case = page::Case {
@@ -76,14 +85,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
             holdout_file: arguments.holdout.as_deref(),
             columns: &recording.columns,
         };
-        page::page(&found, &case, command_line(std::env::args_os())).write(path)?;
+        let page = page::page(&found, &case, command_line(std::env::args_os()));
+        outputs.write_text(path, &page.to_html()?)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());
         let text = serde_json::to_string_pretty(&report::json(&found, name.as_deref()))
             .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
-        output::write_text(path, &(text + "\n"))?;
+        outputs.write_text(path, &(text + "\n"))?;
     }
+    outputs.commit()?;
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let shown = holdout.as_ref().unwrap_or(&train);
         let text = screen(&found) + &sparkline::rows(&found, shown, Signs::of_locale());

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use drift_sim::Result;
 use drift_sim::init::propose;
-use drift_sim::{Result, output};
+use drift_sim::output::{self, Outputs};
 
 use crate::recording_arguments::RecordingArguments;
 
@@ -30,8 +31,11 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let output = Some(arguments.output.as_path());
+    let mut outputs = Outputs::checked(&[("--output", output)], &[&arguments.recording])?;
     let proposal = propose(&arguments.reading.read(&arguments.recording, Vec::new())?)?;
-    output::write_text(&arguments.output, &proposal.to_toml())?;
+    outputs.write_text(&arguments.output, &proposal.to_toml())?;
+    outputs.commit()?;
     if arguments.output != Path::new("-") {
         output::write_text(Path::new("-"), &proposal.screen())?;
     }

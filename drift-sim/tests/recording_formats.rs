@@ -86,7 +86,9 @@ fn names_in_a_matlab_file_are_guessed_by_their_last_part() {
         recording.quality.notes,
         [
             "columns guessed by their names: t = 'log.time', r = 'log.SP', y = 'log.PV', u = 'log.OP' (--columns says \
-          otherwise)"
+          otherwise)",
+            "rows where 'log.mode' says that the loop is not closed or the value is bad don't count (--when log.mode=AUTO, or \
+          always, says otherwise)"
         ]
     );
     let options =
@@ -104,7 +106,7 @@ fn what_a_matlab_file_lacks_is_said_in_one_line() {
         |name: &str, columns: &str| read(file(name), &with_columns(columns)).unwrap_err().to_string();
     assert_eq!(
         message("struct.mat", "r=log.ref"),
-        "x: no column 'log.ref' for r; the columns are log.time, log.SP, log.PV, log.OP, log.mode, log.other_rate"
+        "x: no column 'log.ref' for r; like --columns t=log.time,r=log.SP,y=log.PV,u=log.OP; the columns are log.time, log.SP, log.PV, log.OP, log.mode, log.other_rate"
     );
     assert_eq!(
         message("struct.mat", "r=log.other_rate"),

@@ -36,7 +36,9 @@ pub(super) fn repeats(before: &Row, row: &Row) -> Result<()> {
     if row.same_values(before) {
         return Ok(());
     }
-    Err(Error::new(format!("the time {} s again, with other values", row.stamp.t_s)).at_line(row.line))
+    Err(Error::new(format!("the time {} s again, with other values", row.stamp.t_s))
+        .allowed("--repeated first, last or mean")
+        .at_line(row.line))
 }
 
 /// Rows of any format.

@@ -95,7 +95,7 @@ impl Grid {
         let origin_s = stamps.first().map_or(0.0, |(_, stamp)| stamp.t_s);
         let steps = forward_steps(stamps)?;
         let resolution = Resolution::of(stamps);
-        let median_s = median(&steps).ok_or_else(one_row)?;
+        let median_s = median(&steps).ok_or_else(|| same_time(stamps.len(), origin_s))?;
         let unit_s = sample_time_s.unwrap_or_else(|| mean_unit_step(&steps, median_s));
         // Most intervals must be one sample; with a smaller sample time any file would be gaps for the most part.
         let written_to_s = stamps.last().map_or(0.0, |(_, stamp)| resolution.step_s(stamp.t_s));
@@ -290,6 +290,15 @@ pub(super) fn goes_back(from_s: f64, to_s: f64, line: u64) -> Error {
 
 pub(super) fn one_row() -> Error {
     Error::new("one row of data only").allowed("two at least")
+}
+
+/// No time passes from the first row to the last of those read ahead.
+pub(super) fn same_time(rows: usize, t_s: f64) -> Error {
+    if rows < 2 {
+        return one_row();
+    }
+    Error::new(format!("the first {rows} rows all have the time {t_s} s"))
+        .allowed("times that differ, or --columns t= --sample-time S")
 }
 
 fn too_long_a_gap(missing: f64, from_s: f64, to_s: f64, so_far: u64, longest: u64) -> Error {

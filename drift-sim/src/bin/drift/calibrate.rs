@@ -27,10 +27,10 @@ pub struct Arguments {
     #[arg(short, long, value_name = "BASELINE.toml")]
     output: PathBuf,
     /// Window in seconds; by default 20 correlation times of the loop
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     window: Option<f64>,
     /// From one decision to the next in seconds; by default the window
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     hop: Option<f64>,
     /// Error index of the energy_error channel
     #[arg(long, value_enum, default_value_t = IndexName::Iae)]
@@ -109,6 +109,14 @@ enum Detector {
     Shewhart,
     Cusum,
     Sprt,
+}
+
+/// Longer than any recording: 30 years.
+const LONGEST_S: f64 = 1e9;
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s: &f64| s.abs() <= LONGEST_S);
+    seconds.ok_or_else(|| format!("a number of seconds above 0, up to {LONGEST_S:e}"))
 }
 
 /// Runs the command.

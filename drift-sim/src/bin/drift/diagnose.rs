@@ -167,6 +167,13 @@ fn physics(named: &Named, units: &UnitNames) -> String {
     text
 }
 
+/// A fit below this follows nothing; how far below says nothing more.
+const NO_FIT_PCT: f64 = -1000.0;
+
+fn percent(value: f64, decimals: usize) -> String {
+    if value < NO_FIT_PCT { format!("below {NO_FIT_PCT}") } else { format!("{value:.decimals$}") }
+}
+
 /// How well the simulated loop fits: unseen data, or, where nothing was held out, what all was fitted to.
 fn fits(found: &Diagnosis) -> String {
     let (what, fits) = match found.holdout.nominal.or(found.holdout.after) {
@@ -182,8 +189,8 @@ fn fits(found: &Diagnosis) -> String {
     let mut text = format!("  {what:25} {:>10} {:>10}\n", "y", "u");
     for (name, fit) in rows {
         if let Some(fit) = fit {
-            let u = fit.u_pct.map_or(String::from("-"), |u| format!("{u:.2}"));
-            text += &format!("    {name:20} {:>13.3} {u:>10}\n", fit.y_pct);
+            let u = fit.u_pct.map_or(String::from("-"), |u| percent(u, 2));
+            text += &format!("    {name:20} {:>13} {u:>10}\n", percent(fit.y_pct, 3));
         }
     }
     if let Some(period) = found.cycle_s {
@@ -193,4 +200,16 @@ fn fits(found: &Diagnosis) -> String {
         text += &format!("    the physics improves it by {low:.2} to {high:.2} points (95 %)\n");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_that_follows_nothing_is_no_number_of_thirty_digits() {
+        assert_eq!(percent(-5.720_106_733_719_835e30, 3), "below -1000");
+        assert_eq!(percent(f64::NEG_INFINITY, 3), "below -1000");
+        assert_eq!(percent(99.98765, 2), "99.99");
+    }
 }

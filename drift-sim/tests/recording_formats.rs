@@ -87,8 +87,8 @@ fn names_in_a_matlab_file_are_guessed_by_their_last_part() {
         [
             "columns guessed by their names: t = 'log.time', r = 'log.SP', y = 'log.PV', u = 'log.OP' (--columns says \
           otherwise)",
-            "rows where 'log.mode' says that the loop is not closed or the value is bad don't count (--when log.mode=AUTO, or \
-          always, says otherwise)"
+            "rows where 'log.mode' says that the loop is not closed or the value is bad don't count (--when log.mode=AUTO or \
+          --when always says otherwise)"
         ]
     );
     let options =

@@ -74,7 +74,7 @@ fn broken_files_are_refused_in_one_line() {
         (
             "t,r,y,u\n0.00,1,2,3\n0.10,1,2,3\n0.20,1,2,3\n0.34,1,2,3\n0.40,1,2,3\n",
             "x.csv: the sampling is not uniform: interval 0.1 s, jitter 0.0283 s rms and at most 0.04 s, at line 5; \
-             --resample DT",
+             --resample 0.1",
         ),
         (
             "t,r,y,u\n0,1,2,3\n1,1,2,3\n2,1,2,3\n5000,1,2,3\n",
@@ -114,7 +114,7 @@ fn a_fault_after_the_rows_read_ahead_is_found_all_the_same() {
     for (last, expected) in [
         (
             "120.005,1,2,3\n",
-            "x.csv:12002: the time stamp 120.005 s is 0.005 s off the grid of 0.01 s; --resample DT",
+            "x.csv:12002: the time stamp 120.005 s is 0.005 s off the grid of 0.01 s; --resample 0.01",
         ),
         ("119.98,1,2,3\n", "x.csv:12002: time goes back from 119.99 to 119.98 s"),
         (

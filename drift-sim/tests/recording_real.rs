@@ -54,7 +54,7 @@ fn every_real_recording_is_read_at_its_rate() {
             let error = read.unwrap_err().to_string();
             println!("{error}");
             assert!(
-                error.contains("the sampling is not uniform") && error.contains("--resample DT"),
+                error.contains("the sampling is not uniform") && error.contains("--resample 0.00"),
                 "{error}"
             );
             options.resample_s = Some(0.005);

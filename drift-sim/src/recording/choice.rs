@@ -242,13 +242,14 @@ impl Choice {
         }
         let signals = self.signals();
         for (index, name) in names.names.iter().enumerate().filter(|(index, _)| !signals.contains(index)) {
-            let Some(when) = plain(name).iter().find_map(|plain| When::of_status(name, plain)) else {
-                continue;
-            };
+            let readings = plain(name);
+            let status = readings.iter().find_map(|plain| Some((When::of_status(name, plain)?, plain)));
+            let Some((when, plain)) = status else { continue };
+            let example = format!("{name}={}", When::closed_value(plain));
+            let example = if example.contains(' ') { format!("\"{example}\"") } else { example };
             self.notes.push(format!(
-                "rows where '{name}' says that the loop is not closed or the value is bad don't count \
-                 (--when {} says otherwise)",
-                example_condition(name)
+                "rows where '{name}' says that the loop is not closed or the value is bad don't count (--when {example} or \
+                 --when always says otherwise)"
             ));
             self.when.push((index, when));
         }
@@ -285,14 +286,6 @@ impl Choice {
                 self.extra.push(Extra { name: name.clone(), index, asked_for: false, text: false });
             }
         }
-    }
-}
-
-fn example_condition(column: &str) -> String {
-    if column.contains(' ') {
-        format!("\"{column}=AUTO\", or always,")
-    } else {
-        format!("{column}=AUTO, or always,")
     }
 }
 

@@ -115,7 +115,7 @@ fn is_hdf5(start: &[u8]) -> bool {
 ///
 /// # Errors
 /// The source can't be read, is in no format that is read here, or lacks a column.
-pub(super) fn open(mut source: Source, options: &ReadOptions) -> Result<Box<dyn Rows>> {
+pub(super) fn open(mut source: Source, options: &ReadOptions) -> Result<(Box<dyn Rows>, &'static str)> {
     for _ in 0..=PACKED_MAX {
         let mut start = Vec::with_capacity(START_BYTES);
         source
@@ -131,13 +131,15 @@ pub(super) fn open(mut source: Source, options: &ReadOptions) -> Result<Box<dyn 
                 source.reader = gzip::unpacked(source.reader);
                 source.file = None;
             }
-            Format::Csv => return Ok(Box::new(csv::open(source.reader, options)?)),
-            Format::JsonLines => return Ok(Box::new(json_lines::open(source.reader, options)?)),
-            Format::Klippy => return Ok(Box::new(klippy::open(source.reader, options)?)),
-            Format::Matlab => return Ok(Box::new(matlab::open(source, options)?)),
-            Format::Matlab4 => return Ok(Box::new(matlab4::open(source, options)?)),
-            Format::Ulog => return Ok(Box::new(ulog::open(source, options)?)),
-            Format::Parquet => return parquet(source, options),
+            Format::Csv => return Ok((Box::new(csv::open(source.reader, options)?), "CSV")),
+            Format::JsonLines => {
+                return Ok((Box::new(json_lines::open(source.reader, options)?), "JSON lines"));
+            }
+            Format::Klippy => return Ok((Box::new(klippy::open(source.reader, options)?), "klippy.log")),
+            Format::Matlab => return Ok((Box::new(matlab::open(source, options)?), "MATLAB")),
+            Format::Matlab4 => return Ok((Box::new(matlab4::open(source, options)?), "MATLAB, version 4")),
+            Format::Ulog => return Ok((Box::new(ulog::open(source, options)?), "PX4 ULog")),
+            Format::Parquet => return Ok((parquet(source, options)?, "Parquet")),
             Format::Refused(what, instead) => {
                 return Err(Error::new(format!("this is {what}")).allowed(instead));
             }

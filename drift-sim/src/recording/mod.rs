@@ -19,6 +19,7 @@ mod json_lines;
 mod klippy;
 mod matlab;
 mod matlab4;
+mod overview;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod quality;
@@ -44,6 +45,7 @@ use budget::Budget;
 pub use budget::MEMORY_LIMIT_BYTES;
 pub use columns::ColumnMap;
 pub use date::DateOrder;
+pub use overview::{Gap, Overview, Span};
 pub use quality::{Jitter, Quality};
 pub use repeated::Repeated;
 pub use stream::{RecordingStream, Sample};

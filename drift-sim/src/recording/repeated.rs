@@ -69,6 +69,10 @@ impl Rows for Merged {
         self.rows.choice()
     }
 
+    fn names(&self) -> &[String] {
+        self.rows.names()
+    }
+
     fn notes(&self) -> Vec<String> {
         let mut notes = self.rows.notes();
         if self.merged > 0 {

@@ -45,6 +45,8 @@ pub(super) fn repeats(before: &Row, row: &Row) -> Result<()> {
 pub(super) trait Rows: Send {
     /// The columns that are read.
     fn choice(&self) -> &Choice;
+    /// The names of all columns of the file, read or not.
+    fn names(&self) -> &[String];
     /// Whether the rows have time stamps.
     fn has_time(&self) -> bool {
         self.choice().t.is_some()

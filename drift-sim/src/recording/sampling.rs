@@ -156,8 +156,11 @@ impl Grid {
             }
             let deviation = (stamp.t_s - self.origin_s - self.line.at(k)).abs();
             if deviation > self.tolerance_s(stamp.t_s) {
-                let what = jitter(steps).map_or_else(String::new, |j| format!(": {j}"));
-                return Err(Error::new(format!("the sampling is not uniform{what}")).allowed("--resample DT"));
+                let found = jitter(steps);
+                let what = found.map_or_else(String::new, |j| format!(": {j}"));
+                let step_s = found.map_or(self.sample_time_s, |j| j.interval_s);
+                return Err(Error::new(format!("the sampling is not uniform{what}"))
+                    .allowed(format!("--resample {}", short(step_s))));
             }
         }
         Ok(())
@@ -238,7 +241,7 @@ impl Grid {
         if deviation.abs() > tolerance && !wanders {
             let (off, sample_time) = (short(deviation), short(self.sample_time_s));
             let what = format!("the time stamp {} s is {off} s off the grid of {sample_time} s", stamp.t_s);
-            return Err(Error::new(what).allowed("--resample DT").at_line(file_line));
+            return Err(Error::new(what).allowed(format!("--resample {sample_time}")).at_line(file_line));
         }
         if deviation.abs() > self.deviation_max.0 {
             self.deviation_max = (deviation.abs(), file_line);
@@ -436,7 +439,7 @@ mod tests {
         assert_eq!(
             error,
             "the sampling is not uniform: interval 0.0053 s, jitter 0.000232 s rms and at most 0.0005 s, at line 6; \
-             --resample DT"
+             --resample 0.0053"
         );
     }
 }

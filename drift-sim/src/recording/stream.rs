@@ -110,7 +110,7 @@ impl RecordingStream {
         let reader = Counted { source, bytes: Arc::clone(&bytes_read) };
         let budget = Budget::of(options.memory_limit_bytes.unwrap_or(MEMORY_LIMIT_BYTES));
         let source = Source { reader: Box::new(reader), file, budget: budget.clone() };
-        let mut rows = merged(format::open(source, options)?, options);
+        let mut rows = merged(format::open(source, options)?.0, options);
         let mut quality = Quality::default();
         let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.

@@ -173,6 +173,10 @@ impl Rows for TableRows {
         &self.choice
     }
 
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
         self.choice.notes.iter().chain(&self.notes).cloned().chain(clock).collect()

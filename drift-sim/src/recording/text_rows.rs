@@ -127,6 +127,10 @@ impl<R: Records> Rows for TextRows<R> {
         &self.choice
     }
 
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
         self.records.notes().into_iter().chain(self.choice.notes.iter().cloned()).chain(clock).collect()

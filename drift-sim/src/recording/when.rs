@@ -110,7 +110,7 @@ const YES: &[&str] =
 
 /// Names of columns, in lower case without anything between their letters, and the words in them that say that the loop
 /// is not closed there.
-const STATUS: &[(&[&str], &[&str])] = &[
+const STATUS: &[(&[&str], &[&str], &str)] = &[
     (
         &[
             "mode",
@@ -146,6 +146,7 @@ const STATUS: &[(&[&str], &[&str])] = &[
             "\u{e9}tat",
         ],
         MANUAL,
+        "AUTO",
     ),
     (
         &[
@@ -164,6 +165,7 @@ const STATUS: &[(&[&str], &[&str])] = &[
             "validity",
         ],
         BAD,
+        "GOOD",
     ),
     (
         &[
@@ -178,17 +180,33 @@ const STATUS: &[(&[&str], &[&str])] = &[
             "automatico",
         ],
         NO,
+        "1",
     ),
-    (&["manual", "man", "inmanual", "ismanual", "hand", "handbetrieb", "manuel", "manuell", "manuale"], YES),
+    (
+        &["manual", "man", "inmanual", "ismanual", "hand", "handbetrieb", "manuel", "manuell", "manuale"],
+        YES,
+        "0",
+    ),
 ];
 
 impl When {
     /// The condition that a column of this name (in lower case, without anything between its letters) carries by itself:
     /// a mode that is not manual, a quality that is not bad.
     pub(super) fn of_status(column: &str, plain_name: &str) -> Option<Self> {
-        let (_, words) = STATUS.iter().find(|(names, _)| names.contains(&plain_name))?;
+        let (_, words, _) = Self::status(plain_name)?;
         let (column, comparison) = (column.to_owned(), Comparison::NotEqual);
         Some(Self { column, comparison, value: Value::NoneOf(words) })
+    }
+
+    fn status(
+        plain_name: &str,
+    ) -> Option<&'static (&'static [&'static str], &'static [&'static str], &'static str)> {
+        STATUS.iter().find(|(names, _, _)| names.contains(&plain_name))
+    }
+
+    /// The value that such a column has where the loop is closed, for an example.
+    pub(super) fn closed_value(plain_name: &str) -> &'static str {
+        Self::status(plain_name).map_or("1", |(_, _, value)| value)
     }
 
     /// `always`: every row counts, whatever a mode or a quality says.

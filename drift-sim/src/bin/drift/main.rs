@@ -7,6 +7,7 @@ mod demo;
 mod design;
 mod diagnose;
 mod init;
+mod look;
 mod man;
 mod monitor;
 mod paper;
@@ -25,6 +26,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 #[command(after_help = "\
 Examples:
   drift demo
+  drift look recording.csv
   drift init recording.csv -o loop.toml
   drift diagnose recording.csv --loop loop.toml --report page.html
   drift calibrate healthy.csv -o baseline.toml
@@ -42,6 +44,7 @@ enum Command {
     Monitor(monitor::Arguments),
     Design(design::Arguments),
     Init(init::Arguments),
+    Look(look::Arguments),
     Diagnose(diagnose::Arguments),
     Paper(paper::Arguments),
     Completions(completions::Arguments),
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Look(arguments) => look::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
         Command::Man(arguments) => man::run(&arguments, Arguments::command()),
         Command::Paper(arguments) => paper::run(&arguments),

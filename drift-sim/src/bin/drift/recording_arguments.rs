@@ -4,7 +4,9 @@ use std::path::Path;
 
 use clap::Args;
 use drift_sim::Result;
-use drift_sim::recording::{ColumnMap, DateOrder, ReadOptions, Recording, RecordingStream, Repeated, When};
+use drift_sim::recording::{
+    ColumnMap, DateOrder, Overview, ReadOptions, Recording, RecordingStream, Repeated, When,
+};
 
 /// How recordings are read.
 #[derive(Args, Debug, Clone, Default)]
@@ -49,6 +51,11 @@ impl RecordingArguments {
         let stream = RecordingStream::open(path, &self.read_options())?;
         tell(stream.name(), &stream.quality().notes);
         Ok(stream)
+    }
+
+    /// Looks at a recording as it is.
+    pub fn look(&self, path: &Path) -> Result<Overview> {
+        Overview::read(path, &self.read_options())
     }
 
     /// The library's options, with no further columns asked for.

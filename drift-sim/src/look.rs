@@ -111,7 +111,12 @@ fn chart(out: &mut String, name: &str, values: &[f64], signs: Signs) -> std::fmt
     let (low, high) = range(values);
     let missing = values.iter().filter(|value| value.is_nan()).count();
     if missing == values.len() {
-        return item(out, name, "not recorded");
+        let taken = if name == "r" {
+            "not recorded: the controller is taken to hold one value"
+        } else {
+            "not recorded"
+        };
+        return item(out, name, taken);
     }
     let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
     writeln!(

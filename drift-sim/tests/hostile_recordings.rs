@@ -302,3 +302,22 @@ fn odd_values_are_refused_in_words() {
     let (code, message) = capped(folder.path(), "simulate x.toml -o y --duration -1");
     assert!(code == Some(2) && message.contains("must be > 0"), "{message}");
 }
+
+/// What fuzzing starts from, one folder a format (`fuzz/corpus`): each file is a recording or refused in one line.
+#[test]
+fn every_file_that_fuzzing_starts_from_is_read_or_refused() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let mut files = 0;
+    for folder in fs::read_dir(&corpus).unwrap() {
+        for file in fs::read_dir(folder.unwrap().path()).unwrap() {
+            let path = file.unwrap().path();
+            let (code, message) =
+                capped(&corpus, &format!("look '{}' --memory-limit {LIMIT}", path.display()));
+            let is_one_line =
+                code == Some(1) && message.starts_with("error: ") && message.lines().count() == 1;
+            assert!(code == Some(0) || is_one_line, "{}: {code:?} {message}", path.display());
+            files += 1;
+        }
+    }
+    assert!(files >= 15, "{files} files");
+}

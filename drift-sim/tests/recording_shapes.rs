@@ -253,3 +253,66 @@ fn a_printers_log_holds_its_heaters_and_their_law() {
     let bed = read(&log, &columns("y=heater_bed.temp")).unwrap();
     assert_eq!((bed.r[0], bed.y[1], bed.u[0]), (60.0, 60.5, 0.25));
 }
+
+/// A blackbox log as its description (betaflight.com, "Blackbox internals") states it: a header in text, then frames of
+/// numbers in seven bits a byte.
+#[cfg(feature = "blackbox")]
+fn blackbox(frames: u32) -> Vec<u8> {
+    let fields = "loopIteration,time,axisP[0],axisI[0],axisD[0],setpoint[0],gyroADC[0]";
+    let mut log = format!(
+        "H Product:Blackbox flight data recorder by Nicholas Sherlock\nH Data version:2\nH Field I name:{fields}\n\
+         H Field I signed:0,0,1,1,1,1,1\nH Field I predictor:0,0,0,0,0,0,0\nH Field I encoding:1,1,0,0,0,0,0\n\
+         H Field P predictor:6,2,1,1,1,1,1\nH Field P encoding:9,0,0,0,0,0,0\nH Field S name:flightModeFlags\n\
+         H Field S signed:0\nH Field S predictor:0\nH Field S encoding:1\nH Firmware type:Cleanflight\n\
+         H Firmware revision:Betaflight 4.2.11 (948ba6339) STM32F7X2\nH I interval:1\nH P interval:1\nH P ratio:1\n\
+         H minthrottle:1070\nH maxthrottle:2000\nH gyro_scale:0x3f800000\nH motorOutput:158,2047\nH acc_1G:2048\n\
+         H vbatref:2466\nH looptime:125\n\
+         H debug_mode:0\nH motor_pwm_protocol:6\nH features:541130760\nH fields_disabled_mask:0\n"
+    )
+    .into_bytes();
+    let number = |log: &mut Vec<u8>, mut value: u32| {
+        while value > 127 {
+            log.push(value as u8 | 0x80);
+            value >>= 7;
+        }
+        log.push(value as u8);
+    };
+    let signed = |log: &mut Vec<u8>, value: i32| number(log, ((value << 1) ^ (value >> 31)).cast_unsigned());
+    for k in 0..frames {
+        log.push(b'I');
+        number(&mut log, k);
+        number(&mut log, 7_000_000 + k * 1000);
+        let k = k.cast_signed();
+        for value in [k % 50, -(k % 7), 3, 100, 100 - k % 5] {
+            signed(&mut log, value);
+        }
+    }
+    log.extend(b"E\xffEnd of log\0");
+    log
+}
+
+#[cfg(feature = "blackbox")]
+#[test]
+fn a_blackbox_holds_the_rate_loop_of_an_axis() {
+    let recording = read(blackbox(500), &plain()).unwrap();
+    assert_eq!((recording.len(), recording.sample_time_s, recording.start_s), (500, 0.001, 0.0));
+    assert_eq!(recording.columns.labels(), ["r (setpoint[0])", "y (gyroADC[0])", "u (pid[0])"]);
+    for k in [0_usize, 1, 99, 499] {
+        let [p, i] = [k % 50, k % 7].map(|x| x as f64);
+        assert_eq!((recording.r[k], recording.u[k]), (100.0, p - i + 3.0), "{k}");
+        // The library scales the gyroscope in single precision.
+        let y = recording.y[k];
+        assert!((y - (100.0 - (k % 5) as f64)).abs() < 1e-5, "{k}: {y}");
+    }
+    assert!(recording.quality.notes.iter().any(|note| note.contains("the rate loop of the roll axis")));
+    // Cut off anywhere and with any byte flipped it is a recording or one line.
+    let whole = blackbox(20);
+    for at in 0..whole.len() {
+        let _ = read(&whole[..at], &plain());
+        let mut flipped = whole.clone();
+        flipped[at] ^= 0x55;
+        if let Err(error) = read(flipped, &plain()) {
+            assert_eq!(error.to_string().lines().count(), 1);
+        }
+    }
+}

@@ -37,6 +37,12 @@ impl Budget {
         Err(self.exceeded())
     }
 
+    /// What is left.
+    #[cfg(feature = "matlab73")]
+    pub fn left_bytes(&self) -> u64 {
+        self.limit_bytes.saturating_sub(self.taken_bytes.load(Ordering::Relaxed))
+    }
+
     /// Returns what was taken for a time.
     pub fn give_back(&self, bytes: u64) {
         self.taken_bytes.fetch_sub(bytes, Ordering::Relaxed);

@@ -45,6 +45,15 @@ impl ColumnMap {
         self.is_named.iter().skip(1).any(|named| *named)
     }
 
+    /// The number in brackets of the first of y, u and r that is named, 1 of `gyroADC[1]`.
+    #[cfg(feature = "blackbox")]
+    pub(super) fn named_index(&self) -> Option<usize> {
+        let [_, r, y, u] = self.is_named;
+        let named = [(y, &self.y), (u, &self.u), (r, &self.r)];
+        let (_, name) = named.into_iter().find(|(named, _)| *named)?;
+        name.split_once('[')?.1.trim_end_matches(']').parse().ok()
+    }
+
     /// What stands before the last point of the first of y, u and r that is named, `heater` of `heater.temp`.
     pub(super) fn named_loop(&self) -> Option<String> {
         let [_, r, y, u] = self.is_named;

@@ -53,6 +53,9 @@ enum Format {
     Matlab4,
     Ulog,
     Parquet,
+    Hdf5,
+    Blackbox,
+    Mcap,
     /// Known, and not read: what it is, and what to do.
     Refused(&'static str, &'static str),
 }
@@ -82,10 +85,13 @@ fn recognise(start: &[u8]) -> Format {
         return Format::Matlab4;
     }
     if is_hdf5(start) {
-        return Format::Refused(
-            "HDF5, which MATLAB's -v7.3 writes too",
-            "in MATLAB: save('file.mat', 'r', 'y', 'u', '-v7')",
-        );
+        return Format::Hdf5;
+    }
+    if start.starts_with(b"H Product:Blackbox") {
+        return Format::Blackbox;
+    }
+    if start.starts_with(b"\x89MCAP0\r\n") {
+        return Format::Mcap;
     }
     match REFUSED.into_iter().find(|(magic, _, _)| start.starts_with(magic)) {
         Some((_, what, instead)) => Format::Refused(what, instead),
@@ -95,16 +101,26 @@ fn recognise(start: &[u8]) -> Format {
     }
 }
 
-#[cfg(feature = "parquet")]
-fn parquet(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows>> {
-    Ok(Box::new(super::parquet::open(source, options)?))
+/// A reader that is a feature of the build: it, or what to build where it is left out.
+macro_rules! feature {
+    ($name:ident, $feature:literal, $what:literal) => {
+        #[cfg(feature = $feature)]
+        fn $name(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows>> {
+            Ok(Box::new(super::$name::open(source, options)?))
+        }
+
+        #[cfg(not(feature = $feature))]
+        fn $name(_: Source, _: &ReadOptions) -> Result<Box<dyn Rows>> {
+            Err(Error::new(concat!("this is ", $what, ", which this build of drift does not read"))
+                .allowed(concat!("a build with --features ", $feature, " (or all-formats)")))
+        }
+    };
 }
 
-#[cfg(not(feature = "parquet"))]
-fn parquet(_: Source, _: &ReadOptions) -> Result<Box<dyn Rows>> {
-    Err(Error::new("this is a Parquet file, which this build of drift does not read")
-        .allowed("a build with --features parquet (or all-formats)"))
-}
+feature!(parquet, "parquet", "a Parquet file");
+feature!(matlab73, "matlab73", "HDF5 (MATLAB's -v7.3 is)");
+feature!(blackbox, "blackbox", "a Betaflight blackbox");
+feature!(mcap, "mcap", "a ROS 2 bag (mcap)");
 
 /// HDF5 begins with its signature at 0, 512, 1024 ... bytes; MATLAB's header before it is 512 long.
 fn is_hdf5(start: &[u8]) -> bool {
@@ -140,6 +156,9 @@ pub(super) fn open(mut source: Source, options: &ReadOptions) -> Result<(Box<dyn
             Format::Matlab4 => return Ok((Box::new(matlab4::open(source, options)?), "MATLAB, version 4")),
             Format::Ulog => return Ok((Box::new(ulog::open(source, options)?), "PX4 ULog")),
             Format::Parquet => return Ok((parquet(source, options)?, "Parquet")),
+            Format::Hdf5 => return Ok((matlab73(source, options)?, "HDF5 (MATLAB 7.3)")),
+            Format::Blackbox => return Ok((blackbox(source, options)?, "Betaflight blackbox")),
+            Format::Mcap => return Ok((mcap(source, options)?, "ROS 2 bag (mcap)")),
             Format::Refused(what, instead) => {
                 return Err(Error::new(format!("this is {what}")).allowed(instead));
             }

@@ -123,7 +123,7 @@ fn object(line: &[u8], number: u64) -> Result<Option<Value>> {
 }
 
 /// Every value that holds no others, with its name.
-fn visit(value: &Value, name: &str, tell: &mut dyn FnMut(&str, &Value)) {
+pub(super) fn visit(value: &Value, name: &str, tell: &mut dyn FnMut(&str, &Value)) {
     match value {
         Value::Object(fields) => {
             for (key, value) in fields {

@@ -5,10 +5,14 @@
 //! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the
 //! rest is one line with the number of the line it is about.
 
+#[cfg(feature = "blackbox")]
+mod blackbox;
 mod budget;
 mod choice;
 mod clock;
 mod columns;
+#[cfg(any(feature = "parquet", feature = "matlab73", feature = "blackbox", feature = "mcap"))]
+mod contained;
 mod csv;
 mod date;
 mod decimal;
@@ -19,6 +23,10 @@ mod json_lines;
 mod klippy;
 mod matlab;
 mod matlab4;
+#[cfg(feature = "matlab73")]
+mod matlab73;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod overview;
 #[cfg(feature = "parquet")]
 mod parquet;

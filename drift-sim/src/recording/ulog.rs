@@ -72,7 +72,7 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
 }
 
 /// The last value before each stamp, or at it; missing before the first.
-fn held(stamps: &[u64], others: &[u64], values: &[f64]) -> Vec<f64> {
+pub(super) fn held(stamps: &[u64], others: &[u64], values: &[f64]) -> Vec<f64> {
     let mut pairs = others.iter().zip(values).peekable();
     let mut last = f64::NAN;
     stamps

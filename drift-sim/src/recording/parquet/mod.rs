@@ -2,9 +2,7 @@
 
 mod sizes;
 
-use std::cell::Cell;
-use std::panic::{self, AssertUnwindSafe};
-use std::sync::{Arc, Once};
+use std::sync::Arc;
 
 use ::parquet::basic::{LogicalType, TimeUnit};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -18,10 +16,12 @@ use jiff::tz::TimeZone;
 use super::ReadOptions;
 use super::budget::Budget;
 use super::choice::Choice;
+use super::contained::contained;
 use super::format::Source;
 use super::table::{Cells, TableRows};
 use crate::{Error, Result};
 
+const DAMAGED: &str = "the Parquet file is cut off or damaged";
 /// Records unpacked at a time: a broken file can't ask for more memory than it has bytes to fill it.
 const BATCH: usize = 1 << 14;
 /// Rows of a file, at most.
@@ -35,33 +35,12 @@ const ROWS_MAX: i64 = 1 << 31;
 pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
     let budget = source.budget.clone();
     match source.file.as_ref().and_then(|file| file.try_clone().ok()) {
-        Some(file) => contained(|| unpack(file, &budget, options)),
+        Some(file) => contained(DAMAGED, || unpack(file, &budget, options)),
         None => {
             let bytes = Bytes::from(source.bytes()?);
-            contained(|| unpack(bytes, &budget, options))
+            contained(DAMAGED, || unpack(bytes, &budget, options))
         }
     }
-}
-
-thread_local! {
-    static UNPACKS: Cell<bool> = const { Cell::new(false) };
-}
-
-/// The library's decoders panic on some damaged files: that is the file's fault, and one line as every other.
-fn contained<T>(unpack: impl FnOnce() -> Result<T>) -> Result<T> {
-    static SILENCED: Once = Once::new();
-    SILENCED.call_once(|| {
-        let usual = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !UNPACKS.get() {
-                usual(info);
-            }
-        }));
-    });
-    UNPACKS.set(true);
-    let unpacked = panic::catch_unwind(AssertUnwindSafe(unpack));
-    UNPACKS.set(false);
-    unpacked.unwrap_or_else(|_| Err(Error::new("the Parquet file is cut off or damaged")))
 }
 
 fn unpack(file: impl ChunkReader + 'static, budget: &Budget, options: &ReadOptions) -> Result<TableRows> {

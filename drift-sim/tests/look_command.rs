@@ -84,3 +84,38 @@ fn a_missing_column_is_said_with_an_example() {
          Temperatur, Ventil\n"
     );
 }
+
+/// The simulated oven, a tenth of it run by hand: `init` finds the law that it finds without.
+#[test]
+fn init_finds_the_law_beside_a_manual_stretch() {
+    let folder = tempfile::tempdir().unwrap();
+    let drift = |line: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drift"));
+        let out = command.current_dir(folder.path()).args(line.split(' ')).output().unwrap();
+        assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let oven = include_str!("../../examples/loops/oven.toml");
+    fs::write(folder.path().join("oven.toml"), oven).unwrap();
+    drift(
+        "simulate oven.toml -o own.csv --duration 20000 --reference-mean 35 --reference-sd 3 --reference-hold 200 --seed 3",
+    );
+    let own = fs::read_to_string(folder.path().join("own.csv")).unwrap();
+    let mut by_hand = String::from("t,r,y,u,MODE\n");
+    for (k, row) in own.lines().skip(1).enumerate() {
+        let (rest, u) = row.rsplit_once(',').unwrap();
+        let is_manual = (1600..2000).contains(&k);
+        let (u, mode) = if is_manual { ("0.2", "MAN") } else { (u, "AUTO") };
+        writeln!(by_hand, "{rest},{u},{mode}").unwrap();
+    }
+    fs::write(folder.path().join("man.csv"), by_hand).unwrap();
+    let law = |toml: &str| -> Vec<String> {
+        let inside = toml.lines().skip_while(|line| *line != "[controller]").take(4);
+        inside.map(str::to_owned).collect()
+    };
+    let without = law(&drift("init own.csv"));
+    assert_eq!(without[1], "kind = \"pi\"");
+    assert_eq!(law(&drift("init man.csv")), without);
+    // Without the mode it can't be found.
+    assert_eq!(law(&drift("init man.csv --when always"))[1], "kind = \"recorded\"");
+}

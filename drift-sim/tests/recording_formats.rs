@@ -127,6 +127,32 @@ fn what_a_matlab_file_lacks_is_said_in_one_line() {
     );
 }
 
+/// A table is an object of MATLAB's own (class 17), whose layout is not published: it is named, with the line that makes a
+/// struct of it.
+#[test]
+fn a_table_of_matlab_is_named() {
+    let element = |kind: u32, data: &[u8]| {
+        let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+        bytes.extend(data);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        bytes
+    };
+    let mut bytes = vec![b' '; 124];
+    bytes.extend(b"\x00\x01IM");
+    let inside = [
+        element(6, &[17, 0, 0, 0, 0, 0, 0, 0]),
+        element(1, b"T"),
+        element(1, b"MCOS"),
+        element(1, b"timetable"),
+    ];
+    bytes.extend(element(14, &inside.concat()));
+    assert_eq!(
+        read(bytes, &ReadOptions::default()).unwrap_err().to_string(),
+        "x: 'T' is a table, which MATLAB writes as an object; in MATLAB: S = table2struct(T, 'ToScalar', true); \
+         save('file.mat', 'S')"
+    );
+}
+
 #[cfg(feature = "matlab73")]
 #[test]
 fn names_in_a_file_of_version_7_3_are_guessed() {

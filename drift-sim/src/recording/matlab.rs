@@ -54,13 +54,18 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
     let bytes = source.bytes()?;
     let (header, body) = bytes.split_at_checked(HEADER_BYTES).ok_or_else(damaged)?;
     let order = if header.ends_with(b"IM") { Order::Little } else { Order::Big };
-    let mut file = File { order, budget, columns: Vec::new(), unpacked: None, body };
+    let mut file = File { order, budget, columns: Vec::new(), objects: Vec::new(), unpacked: None, body };
     let mut rest = body;
     while !rest.is_empty() {
         let (element, behind) = split_element(rest, order)?;
         let variable = offset_in(body, element.data);
         file.list(element, variable..variable + element.data.len())?;
         rest = behind;
+    }
+    if let Some(name) = file.objects.first().filter(|_| file.columns.is_empty()) {
+        return Err(Error::new(format!("'{name}' is a table, which MATLAB writes as an object")).allowed(
+            format!("in MATLAB: S = table2struct({name}, 'ToScalar', true); save('file.mat', 'S')"),
+        ));
     }
     if file.columns.is_empty() {
         return Err(Error::new("the MATLAB file holds no numeric vectors")
@@ -74,6 +79,8 @@ struct File<'a> {
     order: Order,
     budget: Budget,
     columns: Vec<Column>,
+    /// Names of tables and timetables.
+    objects: Vec<String>,
     /// The variable that was unpacked last, by where it stands.
     unpacked: Option<(Range<usize>, Vec<u8>)>,
     body: &'a [u8],
@@ -97,7 +104,7 @@ struct Column {
 impl File<'_> {
     /// Lists the columns of one variable.
     fn list(&mut self, element: Element, variable: Range<usize>) -> Result<()> {
-        let mut found = Found { order: self.order, arrays: Vec::new() };
+        let mut found = Found { order: self.order, arrays: Vec::new(), objects: Vec::new() };
         let is_packed = element.kind == element::COMPRESSED;
         if !is_packed {
             if element.kind == element::MATRIX {
@@ -117,6 +124,7 @@ impl File<'_> {
                 found.collect(inside, tag.bytes, inside.len(), Path::Top, 0)?;
             }
         }
+        self.objects.extend(found.objects);
         for array in found.arrays {
             for column in 0..array.across {
                 let name = match array.across {
@@ -277,6 +285,7 @@ struct Array {
 struct Found {
     order: Order,
     arrays: Vec<Array>,
+    objects: Vec<String>,
 }
 
 impl Found {
@@ -297,7 +306,13 @@ impl Found {
         let flags = order.u32(flags.data).ok_or_else(damaged)?;
         let class = (flags & 0xff) as u8;
         if class > class::UINT64 {
-            // An object of a later kind is built otherwise.
+            // An object of a later kind is built otherwise: its name, then the names of its system and its class.
+            let words: Vec<String> = texts(rest, order).take(3).collect();
+            if let [name, _, kind] = words.as_slice()
+                && ["table", "timetable"].contains(&kind.as_str())
+            {
+                self.objects.push(name.clone());
+            }
             return Ok(());
         }
         let (dimensions, rest) = split_element(rest, order)?;
@@ -374,6 +389,15 @@ impl Found {
         }
         Ok(())
     }
+}
+
+/// Elements of text, as far as they are whole.
+fn texts(mut rest: &[u8], order: Order) -> impl Iterator<Item = String> {
+    std::iter::from_fn(move || {
+        let (element, behind) = split_element(rest, order).ok()?;
+        rest = behind;
+        Some(String::from_utf8_lossy(element.data).into_owned())
+    })
 }
 
 /// Bytes of a stored number; `None` for what is none.

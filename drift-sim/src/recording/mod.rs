@@ -1,5 +1,5 @@
 //! Recordings of a loop: r, y and u at uniform times, read without believing anything about the file: CSV, gzip,
-//! MATLAB, ULog, Parquet and more, told apart by how they begin. No file takes more memory than it is allowed ([`budget`]).
+//! MATLAB, ULog, Parquet and more, told apart by how they begin. No file takes more memory than it is allowed ([`MEMORY_LIMIT_BYTES`]).
 //!
 //! [`RecordingStream`] reads sample by sample in constant memory; [`Recording::read`] collects what it yields, so
 //! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the

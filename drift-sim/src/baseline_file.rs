@@ -10,6 +10,7 @@ mod rust_const;
 mod toml_text;
 
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 use drift_core::{
@@ -206,8 +207,13 @@ impl BaselineFile {
     /// # Errors
     /// It can't be read, or as [`BaselineFile::parse`].
     pub fn read(path: &Path) -> Result<Self> {
-        let text =
-            fs::read_to_string(path).map_err(|e| Error::new(format!("can't be read: {e}")).in_file(path))?;
+        let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
+        let file = fs::File::open(path).map_err(refused)?;
+        let mut text = String::new();
+        file.take(LARGEST_BYTES + 1).read_to_string(&mut text).map_err(refused)?;
+        if text.len() as u64 > LARGEST_BYTES {
+            return Err(Error::new("too large for a baseline").allowed("at most 1 MB").in_file(path));
+        }
         Self::parse(&text, path)
     }
 
@@ -310,6 +316,9 @@ fn parse(text: &str) -> Result<BaselineFile> {
 }
 
 /// The keys that the configuration's own errors name.
+/// More than any baseline; a recording given by mistake is refused before it is parsed.
+const LARGEST_BYTES: u64 = 1_000_000;
+
 const KEYS: [&str; 8] = [
     "sample_time_s",
     "block_ticks",

@@ -6,6 +6,7 @@
 //! model. From the ground up; each module uses only those above it:
 //!
 //! * [`error`], [`output`]: errors of one line, files written whole or not at all. [`recording`]: r, y and u from files.
+//! * [`look`]: what is in a file, on one screen.
 //! * [`controller`], [`plant`], [`physics`], [`control_loop`], [`loop_file`]: what a loop is, and its TOML.
 //! * [`mod@reference`], [`mod@simulate`]: what a loop is asked to do, and the sampled loop doing it.
 //! * [`design`]: exact run lengths of the detectors. [`calibrate`], [`baseline_file`]: the healthy relation and thresholds
@@ -37,6 +38,7 @@ pub mod design;
 pub mod diagnose;
 pub mod error;
 pub mod init;
+pub mod look;
 pub mod loop_file;
 pub mod monitor;
 pub mod output;

@@ -160,7 +160,7 @@ fn a_report_holds_the_command_line_and_the_drift() {
     assert!(page.contains("DRIFT since about 200 s, effort high."));
     let two =
         drift(folder.path(), &["drift.csv", "--baseline", "baseline.toml", "--json", "-", "--report", "-"]);
-    assert_eq!(message(&two), "error: two of --json, --plot and --report are '-'; one at most\n");
+    assert_eq!(message(&two), "error: --json and --report are both '-'; a file for each\n");
 }
 
 #[test]

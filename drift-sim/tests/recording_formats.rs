@@ -62,6 +62,19 @@ const FILES: &[(&str, &str)] = &[
     ("struct.mat", "t=log.time,r=log.SP,y=log.PV,u=log.OP"),
     ("simulink.mat", "t=out.time,r=out.signals(1).values,y=out.signals(2).values,u=out.signals(3).values"),
     ("simulink.mat", "t=m(:,1),r=m(:,2),y=m(:,3),u=m(:,4)"),
+    ("vectors_v4.mat", "t=t"),
+    #[cfg(feature = "matlab73")]
+    ("vectors_v73.mat", "t=log.time,r=log.SP,y=log.PV,u=log.OP"),
+    #[cfg(feature = "matlab73")]
+    ("vectors_v73.mat", "t=m(:,1),r=m(:,2),y=m(:,3),u=m(:,4)"),
+    #[cfg(feature = "matlab73")]
+    ("plain.h5", "t=loop.t,r=loop.r,y=loop.y,u=loop.u"),
+    #[cfg(feature = "matlab73")]
+    ("plain.h5", "t=data(:,1),r=data(:,2),y=data(:,3),u=data(:,4)"),
+    #[cfg(feature = "mcap")]
+    ("bag.mcap", "r=/wanted.data,y=/sensor.y,u=/control.data"),
+    #[cfg(feature = "mcap")]
+    ("json.mcap", "r=/loop.sp,y=/loop.pv,u=/loop.drive.op"),
     FLIGHT,
 ];
 
@@ -86,7 +99,9 @@ fn names_in_a_matlab_file_are_guessed_by_their_last_part() {
         recording.quality.notes,
         [
             "columns guessed by their names: t = 'log.time', r = 'log.SP', y = 'log.PV', u = 'log.OP' (--columns says \
-          otherwise)"
+          otherwise)",
+            "rows where 'log.mode' says that the loop is not closed or the value is bad don't count (--when log.mode=AUTO or \
+          --when always says otherwise)"
         ]
     );
     let options =
@@ -104,18 +119,65 @@ fn what_a_matlab_file_lacks_is_said_in_one_line() {
         |name: &str, columns: &str| read(file(name), &with_columns(columns)).unwrap_err().to_string();
     assert_eq!(
         message("struct.mat", "r=log.ref"),
-        "x: no column 'log.ref' for r; the columns are log.time, log.SP, log.PV, log.OP, log.mode, log.other_rate"
+        "x: no column 'log.ref' for r; like --columns t=log.time,r=log.SP,y=log.PV,u=log.OP; the columns are log.time, log.SP, log.PV, log.OP, log.mode, log.other_rate"
     );
     assert_eq!(
         message("struct.mat", "r=log.other_rate"),
         "x: 'log.other_rate' has 7 values, 'log.PV' has 120; equally many"
     );
-    let mut of_version_7_3 = vec![0; 512];
-    of_version_7_3[..19].copy_from_slice(b"MATLAB 7.3 MAT-file");
-    of_version_7_3.extend(b"\x89HDF\r\n\x1a\n");
+}
+
+/// A table is an object of MATLAB's own (class 17), whose layout is not published: it is named, with the line that makes a
+/// struct of it.
+#[test]
+fn a_table_of_matlab_is_named() {
+    let element = |kind: u32, data: &[u8]| {
+        let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+        bytes.extend(data);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        bytes
+    };
+    let mut bytes = vec![b' '; 124];
+    bytes.extend(b"\x00\x01IM");
+    let inside = [
+        element(6, &[17, 0, 0, 0, 0, 0, 0, 0]),
+        element(1, b"T"),
+        element(1, b"MCOS"),
+        element(1, b"timetable"),
+    ];
+    bytes.extend(element(14, &inside.concat()));
     assert_eq!(
-        read(of_version_7_3, &ReadOptions::default()).unwrap_err().to_string(),
-        "x: this is HDF5, which MATLAB's -v7.3 writes too; in MATLAB: save('file.mat', 'r', 'y', 'u', '-v7')"
+        read(bytes, &ReadOptions::default()).unwrap_err().to_string(),
+        "x: 'T' is a table, which MATLAB writes as an object; in MATLAB: S = table2struct(T, 'ToScalar', true); \
+         save('file.mat', 'S')"
+    );
+}
+
+#[cfg(feature = "matlab73")]
+#[test]
+fn names_in_a_file_of_version_7_3_are_guessed() {
+    let recording = read(file("vectors_v73.mat"), &ReadOptions::default()).unwrap();
+    holds_the_formulas(&recording);
+}
+
+#[cfg(feature = "mcap")]
+#[test]
+fn what_a_bag_lacks_is_said_with_an_example() {
+    let options = with_columns("r=/wanted.data,y=/sensor.z,u=/control.data");
+    assert_eq!(
+        read(file("bag.mcap"), &options).unwrap_err().to_string(),
+        "x: no topic and field '/sensor.z' in the bag; like --columns r=/control.data,y=/control.data,u=/control.data; \
+         there are /control.data, /sensor.on, /sensor.y, /sensor.pair[0], /wanted.data"
+    );
+}
+
+#[cfg(not(feature = "matlab73"))]
+#[test]
+fn without_the_feature_a_file_of_version_7_3_is_known_all_the_same() {
+    assert_eq!(
+        read(file("vectors_v73.mat"), &ReadOptions::default()).unwrap_err().to_string(),
+        "x: this is HDF5 (MATLAB's -v7.3 is), which this build of drift does not read; a build with --features matlab73 (or \
+         all-formats)"
     );
 }
 

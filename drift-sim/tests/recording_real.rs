@@ -54,7 +54,7 @@ fn every_real_recording_is_read_at_its_rate() {
             let error = read.unwrap_err().to_string();
             println!("{error}");
             assert!(
-                error.contains("the sampling is not uniform") && error.contains("--resample DT"),
+                error.contains("the sampling is not uniform") && error.contains("--resample 0.00"),
                 "{error}"
             );
             options.resample_s = Some(0.005);
@@ -72,5 +72,49 @@ fn every_real_recording_is_read_at_its_rate() {
         }
         assert_eq!(recording.quality.gaps, 0, "{name}");
         assert_eq!(recording.len() as u64, recording.quality.rows, "{name}");
+    }
+}
+
+/// A printer's log as its users send it: both heaters, at 1 Hz.
+#[test]
+fn a_printers_log_is_read_with_the_law_that_it_states() {
+    let Some(file) = folder().map(|folder| folder.join("klipper/klippy.log")).filter(|file| file.exists())
+    else {
+        return;
+    };
+    for (columns, name) in [("t=time", "extruder"), ("y=heater_bed.temp", "heater_bed")] {
+        let columns = columns.parse().unwrap();
+        let options = ReadOptions { columns, resample_s: Some(1.0), ..ReadOptions::default() };
+        let recording = Recording::read(&file, &options).unwrap();
+        assert_eq!(recording.columns.u, format!("{name}.pwm"));
+        assert!(recording.len() > 2600 && recording.u.iter().all(|u| u.is_nan() || (0.0..=1.0).contains(u)));
+        let law = format!("the configuration states the law of {name}: pid, kp = ");
+        assert!(
+            recording.quality.notes.iter().any(|note| note.starts_with(&law)),
+            "{:?}",
+            recording.quality.notes
+        );
+    }
+}
+
+/// Two flights as the flight controller wrote them: the controller's output is the sum of its terms, and y follows r.
+#[cfg(feature = "blackbox")]
+#[test]
+fn flights_are_read_axis_by_axis() {
+    let Some(folder) = folder().map(|folder| folder.join("betaflight")).filter(|folder| folder.is_dir())
+    else {
+        return;
+    };
+    for (name, axis) in [("btfl_001.bbl", 0), ("btfl_001.bbl", 1), ("LOG00037.BFL", 0)] {
+        let columns = format!("y=gyroADC[{axis}]").parse().unwrap();
+        let mut options = ReadOptions { columns, ..ReadOptions::default() };
+        options.extra = ["axisP", "axisI"].map(|term| format!("{term}[{axis}]")).to_vec();
+        options.resample_s = Some(0.002);
+        let recording = Recording::read(&folder.join(name), &options).unwrap_or_else(|e| panic!("{e}"));
+        println!("{name}: {}, {:?}", recording.quality, recording.quality.notes);
+        assert!(recording.len() > 1000, "{name}: {}", recording.len());
+        assert_eq!(recording.columns.u, format!("pid[{axis}]"));
+        let gyro = recording.y.iter().copied().filter(|y| y.is_finite());
+        assert!(gyro.clone().any(|y| y.abs() > 5.0) && gyro.clone().all(|y| y.abs() < 4000.0), "{name}");
     }
 }

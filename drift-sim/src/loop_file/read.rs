@@ -52,6 +52,9 @@ fn required<'a>(section: Option<Section<'a>>, name: &str) -> Result<Section<'a>>
     })
 }
 
+/// Tables of one list, at most: more terms than there are kinds of physics are a mistake, and cost time in each.
+const TABLES_MAX: usize = 256;
+
 /// The tables of a list such as `[[physics]]`.
 fn list<'a>(text: &'a str, root: &'a DeTable<'a>, name: &'static str) -> Result<Vec<Section<'a>>> {
     let Some((key, value)) = root.iter().find(|(key, _)| key.get_ref() == name) else {
@@ -63,6 +66,11 @@ fn list<'a>(text: &'a str, root: &'a DeTable<'a>, name: &'static str) -> Result<
             .at_line(line_of(text, offset))
     };
     let items = value.get_ref().as_array().ok_or_else(|| refuse(key.span().start))?;
+    if items.len() > TABLES_MAX {
+        return Err(Error::new(format!("{} tables [[{name}]]", items.len()))
+            .allowed(format!("at most {TABLES_MAX}"))
+            .at_line(line_of(text, key.span().start)));
+    }
     let section = |item: &'a Spanned<DeValue<'a>>| {
         let table = item.get_ref().as_table().ok_or_else(|| refuse(item.span().start))?;
         Ok(Section::new(text, name, table, item.span().start))

@@ -6,6 +6,9 @@ use toml::de::{DeTable, DeValue};
 use crate::physics::Range;
 use crate::{Error, Result};
 
+/// A number beyond this is a mistake in the unit or the exponent: products of a few of them are no numbers any more.
+const LARGEST: f64 = 1e100;
+
 /// The line (from 1) of a byte offset.
 pub(super) fn line_of(text: &str, offset: usize) -> u64 {
     text.bytes().take(offset).filter(|byte| *byte == b'\n').count() as u64 + 1
@@ -70,6 +73,10 @@ impl<'a> Section<'a> {
     pub fn optional_number(&self, key: &str, range: Range) -> Result<Option<f64>> {
         let Some((_, value)) = self.entry(key) else { return Ok(None) };
         match number(value.get_ref()) {
+            Some(number) if range.allows(number) && number.is_finite() && number.abs() > LARGEST => {
+                let what = format!("{key} is {}", described(value.get_ref()));
+                Err(self.refuse(key, what, format!("{key} must be within +-1e100")))
+            }
             Some(number) if range.allows(number) => Ok(Some(number)),
             _ => Err(self.wrong(key, value.get_ref(), &range.says())),
         }

@@ -31,8 +31,9 @@ use std::path::Path;
 
 pub use settings::Settings;
 
+use crate::output::Outputs;
 use crate::report::Page;
-use crate::{Error, Result, output};
+use crate::{Error, Result};
 use figures::Plate;
 use settings::Use;
 
@@ -104,17 +105,19 @@ impl Paper {
         page::page(self, command)
     }
 
-    /// Writes the figures, `paper.html` and `paper.json` into a folder, which is made if it is missing.
+    /// Writes the figures, `paper.html` and `paper.json` into a folder, which is made if it is missing: all of them or none.
     ///
     /// # Errors
     /// The folder or a file can't be written.
     pub fn write(&self, folder: &Path, command: String) -> Result<()> {
         make_folder(folder)?;
+        let mut outputs = Outputs::default();
         for plate in &self.plates {
-            plate.figure.write_svg(&folder.join(plate.file))?;
+            outputs.write_text(&folder.join(plate.file), &plate.figure.to_svg()?)?;
         }
-        output::write_text(&folder.join("paper.json"), &self.to_json())?;
-        self.page(command).write(&folder.join("paper.html"))
+        outputs.write_text(&folder.join("paper.json"), &self.to_json())?;
+        outputs.write_text(&folder.join("paper.html"), &self.page(command).to_html()?)?;
+        outputs.commit()
     }
 }
 

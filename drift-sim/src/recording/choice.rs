@@ -1,6 +1,8 @@
 //! The columns that are read of all that a file holds: named by the user, called by their letter, or guessed.
 
-use super::guess::{Guess, SIGNALS, guess};
+use std::collections::{HashMap, HashSet};
+
+use super::guess::{Guess, SIGNALS, guess, is_usual, plain};
 use super::row::excerpt;
 use super::{ColumnMap, ReadOptions, When};
 use crate::{Error, Result};
@@ -9,15 +11,26 @@ use crate::{Error, Result};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Choice {
     pub t: Option<usize>,
-    pub r: usize,
+    /// The date, where the column of time holds the time of the day alone.
+    pub date: Option<usize>,
+    pub r: Reference,
     pub y: usize,
     pub u: usize,
     pub when: Vec<(usize, When)>,
     pub extra: Vec<Extra>,
     /// The same by name.
     pub columns: ColumnMap,
-    /// Names that were guessed, in words.
-    pub note: Option<String>,
+    /// What was guessed, in words.
+    pub notes: Vec<String>,
+}
+
+/// Where the reference comes from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Reference {
+    Column(usize),
+    /// There is none: the controller holds one value.
+    #[default]
+    Absent,
 }
 
 /// A further column that is read: its name, its place, and whether text in it is refused or makes it no number.
@@ -29,100 +42,255 @@ pub(super) struct Extra {
     pub text: bool,
 }
 
+/// The names of the columns, and what the options say of them.
+struct Names<'a> {
+    names: &'a [String],
+    places: HashMap<&'a str, usize>,
+    options: &'a ReadOptions,
+    /// Where the columns that the options name are.
+    exact: [Option<usize>; 4],
+    guesses: [Guess; 4],
+    date: Option<usize>,
+}
+
+impl<'a> Names<'a> {
+    fn of(names: &'a [String], options: &'a ReadOptions) -> Self {
+        let mut places = HashMap::with_capacity(names.len());
+        for (index, name) in names.iter().enumerate() {
+            places.entry(name.as_str()).or_insert(index);
+        }
+        let mut all =
+            Self { names, places, options, exact: [None; 4], guesses: [Guess::Nothing; 4], date: None };
+        let t = all.called(0).map(str::to_owned);
+        if let Some((date, time)) = t.as_deref().and_then(|t| t.split_once('+'))
+            && all.place(t.as_deref().unwrap_or_default()).is_none()
+            && let (Some(date), Some(time)) = (all.place(date.trim()), all.place(time.trim()))
+        {
+            all.date = Some(date);
+            all.exact[0] = Some(time);
+        }
+        for signal in 0..SIGNALS.len() {
+            let found = all.called(signal).filter(|name| !name.is_empty()).and_then(|name| all.place(name));
+            all.exact[signal] = all.exact[signal].or(found);
+        }
+        let (guesses, date) = guess(names, all.exact);
+        all.guesses = guesses;
+        if all.exact[0].is_none() {
+            all.date = date;
+        }
+        all
+    }
+
+    /// A column by its name; where none is called so, by its number from 1 on.
+    fn place(&self, name: &str) -> Option<usize> {
+        let by_number =
+            || name.parse::<usize>().ok()?.checked_sub(1).filter(|index| *index < self.names.len());
+        self.places.get(name).copied().or_else(by_number)
+    }
+
+    fn called(&self, signal: usize) -> Option<&'a str> {
+        let map = &self.options.columns;
+        [map.t.as_deref(), Some(map.r.as_str()), Some(map.y.as_str()), Some(map.u.as_str())][signal]
+    }
+
+    /// Where a signal is; `None` where nothing was named and nothing fits.
+    fn signal(&self, signal: usize) -> Result<Option<(usize, bool)>> {
+        if let Some(index) = self.exact[signal] {
+            return Ok(Some((index, false)));
+        }
+        if self.options.columns.is_named[signal] {
+            return Err(self.missing(signal));
+        }
+        match self.guesses[signal] {
+            Guess::Column(index) => Ok(Some((index, true))),
+            Guess::Either(one, other) => {
+                let letter = SIGNALS[signal];
+                let what =
+                    format!("'{}' and '{}' could both be {letter}", self.names[one], self.names[other]);
+                Err(Error::new(what).allowed(format!("--columns {}", self.example(signal))))
+            }
+            Guess::Nothing => Ok(None),
+        }
+    }
+
+    fn missing(&self, signal: usize) -> Error {
+        let letter = SIGNALS[signal];
+        let name = self.called(signal).unwrap_or(letter);
+        let there = excerpt(&self.names.join(", "));
+        let otherwise = if signal == 0 { " or --sample-time S" } else { "" };
+        Error::new(format!("no column '{name}' for {letter}"))
+            .allowed(format!("like --columns {}{otherwise}; the columns are {there}", self.example(signal)))
+    }
+
+    /// `--columns` as it could be for this file: what is known, and for the rest columns that are there.
+    fn example(&self, asked: usize) -> String {
+        let known: Vec<Option<usize>> = (0..SIGNALS.len())
+            .map(|signal| match (self.exact[signal], self.guesses[signal]) {
+                (Some(index), _) => Some(index),
+                (None, Guess::Column(index)) => Some(index),
+                (None, Guess::Either(one, _)) => Some(one),
+                (None, Guess::Nothing) => None,
+            })
+            .collect();
+        let taken: HashSet<usize> = known.iter().copied().flatten().chain(self.date).collect();
+        let is_free = |index: &usize| !taken.contains(index) && !self.names[*index].is_empty();
+        let free: Vec<usize> = (0..self.names.len()).filter(is_free).collect();
+        // What is usual for another signal is a worse example.
+        let (usual, others): (Vec<usize>, Vec<usize>) =
+            free.into_iter().partition(|index| is_usual(&self.names[*index]));
+        let mut free = others.into_iter().chain(usual);
+        let is_wanted = |signal: usize| match signal {
+            0 => {
+                self.options.columns.t.is_some()
+                    && (known[0].is_some() || self.options.sample_time_s.is_none())
+            }
+            1 => known[1].is_some() || asked == 1,
+            _ => true,
+        };
+        let pairs: Vec<String> = (0..SIGNALS.len())
+            .filter(|signal| is_wanted(*signal))
+            .map(|signal| {
+                let index = known[signal].or_else(|| free.next());
+                let name = index.map_or_else(|| "NAME".to_owned(), |index| self.written(index));
+                format!("{}={name}", SIGNALS[signal])
+            })
+            .collect();
+        let text = pairs.join(",");
+        if text.contains([' ', '(', '[', '<', ';', '&', '|', '$', '*', '%']) {
+            format!("\"{text}\"")
+        } else {
+            text
+        }
+    }
+
+    /// A name as `--columns` takes it: the column's number where the name has a comma.
+    fn written(&self, index: usize) -> String {
+        let name = excerpt(&self.names[index]);
+        if name.contains([',', '=', '"', '+']) { (index + 1).to_string() } else { name }
+    }
+}
+
 impl Choice {
     /// Chooses among the columns of these names.
     ///
     /// # Errors
     /// A signal, condition or further column that isn't there, or could be two of them.
-    pub fn of(names: &[String], options: &ReadOptions) -> Result<Self> {
+    pub fn of(columns: &[String], options: &ReadOptions) -> Result<Self> {
         let map = &options.columns;
-        let called = [map.t.as_deref(), Some(map.r.as_str()), Some(map.y.as_str()), Some(map.u.as_str())];
-        let exact = called.map(|name| name.and_then(|name| names.iter().position(|n| n == name)));
-        let guesses = guess(names, exact);
+        let names = Names::of(columns, options);
         let mut guessed = Vec::new();
-        let mut place = |signal: usize| -> Result<usize> {
-            if let Some(index) = exact[signal] {
-                return Ok(index);
+        let mut place = |signal: usize| -> Result<Option<usize>> {
+            let Some((index, is_guessed)) = names.signal(signal)? else { return Ok(None) };
+            if is_guessed {
+                let date = names.date.filter(|_| signal == 0).map(|date| format!("{}+", columns[date]));
+                guessed.push(format!(
+                    "{} = '{}{}'",
+                    SIGNALS[signal],
+                    date.unwrap_or_default(),
+                    columns[index]
+                ));
             }
-            let letter = SIGNALS[signal];
-            let name = called[signal].unwrap_or(letter);
-            if map.is_named[signal] {
-                return Err(no_column(name, letter, names.iter().map(String::as_str)));
-            }
-            match guesses[signal] {
-                Guess::Column(index) => {
-                    guessed.push(format!("{letter} = '{}'", names[index]));
-                    Ok(index)
-                }
-                Guess::Either(one, other) => {
-                    Err(Error::new(format!("'{}' and '{}' could both be {letter}", names[one], names[other]))
-                        .allowed(format!("--columns {letter}=NAME")))
-                }
-                Guess::Nothing => Err(no_column(name, letter, names.iter().map(String::as_str))),
-            }
+            Ok(Some(index))
         };
         let t = match (&map.t, options.sample_time_s) {
-            (Some(_), None) => Some(place(0)?),
-            (Some(_), Some(_)) if map.is_named[0] => Some(place(0)?),
-            (Some(_), Some(_)) => exact[0],
+            (Some(_), Some(_)) if !map.is_named[0] => names.exact[0],
+            (Some(_), _) => Some(place(0)?.ok_or_else(|| names.missing(0))?),
             (None, Some(_)) => None,
             (None, None) => {
-                return Err(Error::new("no column is t").allowed("name one, or give the sample time"));
+                return Err(Error::new("no column is t").allowed("--sample-time S, or --columns t=NAME"));
             }
         };
-        let (r, y, u) = (place(1)?, place(2)?, place(3)?);
-        let note = (!guessed.is_empty()).then(|| {
-            format!("columns guessed by their names: {} (--columns says otherwise)", guessed.join(", "))
-        });
-        let columns = ColumnMap {
-            t: t.map(|t| names[t].clone()),
-            r: names[r].clone(),
-            y: names[y].clone(),
-            u: names[u].clone(),
+        let r = if map.r.is_empty() { None } else { place(1)? };
+        let y = place(2)?.ok_or_else(|| names.missing(2))?;
+        let u = place(3)?.ok_or_else(|| names.missing(3))?;
+        let mut notes = Vec::new();
+        if !guessed.is_empty() {
+            let guessed = guessed.join(", ");
+            notes.push(format!("columns guessed by their names: {guessed} (--columns says otherwise)"));
+        }
+        let chosen = ColumnMap {
+            t: t.map(|t| columns[t].clone()),
+            r: r.map_or_else(String::new, |r| columns[r].clone()),
+            y: columns[y].clone(),
+            u: columns[u].clone(),
             is_named: map.is_named,
         };
-        let mut choice = Self { t, r, y, u, when: Vec::new(), extra: Vec::new(), columns, note };
-        for when in &options.when {
-            choice.when.push((find(names, &when.column, "a condition")?, when.clone()));
-        }
+        let date = names.date.filter(|_| t.is_some());
+        let r = r.map_or(Reference::Absent, Reference::Column);
+        let mut choice =
+            Self { t, date, r, y, u, when: Vec::new(), extra: Vec::new(), columns: chosen, notes };
+        choice.find_conditions(&names)?;
         for name in &options.extra {
-            let index = find(names, name, "a further signal")?;
+            let index = names.place(name).ok_or_else(|| no_column(name, "a further signal", columns))?;
             choice.extra.push(Extra { name: name.clone(), index, asked_for: true, text: false });
         }
         if options.keep_extra {
-            choice.keep_the_rest(names);
+            choice.keep_the_rest(columns);
         }
         Ok(choice)
     }
 
-    /// Whether a column is read at all.
-    pub fn uses(&self, index: usize) -> bool {
-        [self.r, self.y, self.u].contains(&index)
-            || self.t == Some(index)
-            || self.when.iter().any(|(i, _)| *i == index)
-            || self.extra.iter().any(|e| e.index == index)
+    /// The conditions that were asked for; without any, those that modes and qualities carry by themselves.
+    fn find_conditions(&mut self, names: &Names) -> Result<()> {
+        for when in names.options.when.iter().filter(|when| !when.is_always()) {
+            let index = names.place(&when.column);
+            let index = index.ok_or_else(|| no_column(&when.column, "a condition", names.names))?;
+            self.when.push((index, when.clone()));
+        }
+        if !names.options.when.is_empty() {
+            return Ok(());
+        }
+        let signals = self.signals();
+        for (index, name) in names.names.iter().enumerate().filter(|(index, _)| !signals.contains(index)) {
+            let readings = plain(name);
+            let status = readings.iter().find_map(|plain| Some((When::of_status(name, plain)?, plain)));
+            let Some((when, plain)) = status else { continue };
+            let example = format!("{name}={}", When::closed_value(plain));
+            let example = if example.contains(' ') { format!("\"{example}\"") } else { example };
+            self.notes.push(format!(
+                "rows where '{name}' says that the loop is not closed or the value is bad don't count (--when {example} or \
+                 --when always says otherwise)"
+            ));
+            self.when.push((index, when));
+        }
+        Ok(())
+    }
+
+    /// The places of t, r, y and u.
+    fn signals(&self) -> Vec<usize> {
+        let r = match self.r {
+            Reference::Column(r) => Some(r),
+            Reference::Absent => None,
+        };
+        [self.y, self.u].into_iter().chain(r).chain(self.t).chain(self.date).collect()
+    }
+
+    /// Whether each of so many columns is read at all.
+    pub fn uses(&self, columns: usize) -> Vec<bool> {
+        let mut used = vec![false; columns];
+        let all = self.signals().into_iter();
+        let all = all.chain(self.when.iter().map(|(index, _)| *index));
+        for index in all.chain(self.extra.iter().map(|extra| extra.index)) {
+            if let Some(used) = used.get_mut(index) {
+                *used = true;
+            }
+        }
+        used
     }
 
     fn keep_the_rest(&mut self, names: &[String]) {
+        let taken: HashSet<usize> =
+            self.signals().into_iter().chain(self.extra.iter().map(|extra| extra.index)).collect();
         for (index, name) in names.iter().enumerate() {
-            let taken = [self.t.unwrap_or(self.r), self.r, self.y, self.u].contains(&index)
-                || self.extra.iter().any(|e| e.index == index);
-            if !taken && !name.is_empty() {
+            if !taken.contains(&index) && !name.is_empty() {
                 self.extra.push(Extra { name: name.clone(), index, asked_for: false, text: false });
             }
         }
     }
 }
 
-fn find(names: &[String], name: &str, what_for: &str) -> Result<usize> {
-    names
-        .iter()
-        .position(|n| n == name)
-        .ok_or_else(|| no_column(name, what_for, names.iter().map(String::as_str)))
-}
-
-pub(super) fn no_column<'a>(name: &str, what_for: &str, there: impl Iterator<Item = &'a str>) -> Error {
-    let there: Vec<_> = there.collect();
+pub(super) fn no_column<S: AsRef<str>>(name: &str, what_for: &str, there: &[S]) -> Error {
+    let there: Vec<&str> = there.iter().map(AsRef::as_ref).collect();
     Error::new(format!("no column '{name}' for {what_for}"))
         .allowed(format!("the columns are {}", excerpt(&there.join(", "))))
 }

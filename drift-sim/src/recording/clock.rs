@@ -1,18 +1,25 @@
-//! What the cells of a time column mean: numbers, in the unit that the column's name states, or dates.
+//! What the cells of a time column mean: numbers, in the unit that the column's name states, or dates ([`date`](super::date)).
 //!
 //! Dates count from the recording's first, so that times stay short and exact; without a zone they are taken as they
-//! stand. A clock that is put back shows as time that goes back, which is refused further on.
+//! stand. A clock that is put back shows as time that goes back, which is refused further on; a time of the day that
+//! begins anew is the next day.
 
 use jiff::Timestamp;
-use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::TimeZone;
 
+use super::date::{DateOrder, Moment, Writing};
 use super::decimal::{DecimalMark, parse_number};
 use super::row::{excerpt, not_a_number};
 use super::stamp::Stamp;
 use crate::{Error, Result};
 
-const DATE_EXAMPLE: &str = "like 2024-05-01 12:00:00.5, 2024-05-01T12:00:00Z, 01.05.2024 12:00:00, 12:00:00";
+pub(super) use super::date::is_date_or_time;
+
+const DATE_EXAMPLE: &str =
+    "like 2024-05-01 12:00:00.5, 2024-05-01T12:00:00Z, 01.05.2024 12:00:00, 5/1/2024 1:30 PM, 12:00:00";
+const DAY_S: f64 = 86_400.0;
+/// From one row to the next at most, s: of two readings of a date the one is taken that is not further.
+const STEP_MAX_S: f64 = 1.5 * DAY_S;
 
 /// Reads the time stamps of one column.
 #[derive(Debug, Clone)]
@@ -21,35 +28,31 @@ pub(super) struct Clock {
     /// Numbers are seconds times ten to this.
     exponent: i32,
     kind: Kind,
+    /// Which comes first where a date is written 5/1/2024.
+    order: Option<DateOrder>,
+    /// Time of the last row, s.
+    last_s: f64,
+    /// Midnights passed where only the time of the day is written.
+    days: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 enum Kind {
     NotSeen,
     Numbers,
-    Dates { origin: Timestamp, writing: Writing },
-}
-
-/// The ways that dates are written; one column keeps to one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Writing {
-    /// With Z or an offset.
-    Zoned,
-    /// Date and time alone.
-    Local,
-    /// Day, month, year with points between.
-    Dotted,
-    /// A time of the day.
-    TimeOfDay,
+    Dates { origin: Moment, text: String },
 }
 
 impl Clock {
-    /// The clock of a column; a unit at the end of its name counts: `time_ms`, `t [us]`, `Time (s)`.
+    /// The clock of a column; a unit counts: that of a row of units, or at the end of its name, `time_ms`, `t [us]`,
+    /// `Time (s)`.
     ///
     /// # Errors
     /// A unit that is not s, ms, us or ns.
-    pub fn of(column: &str) -> Result<Self> {
-        let exponent = match unit(column).as_str() {
+    pub fn of(column: &str, stated_unit: Option<&str>, order: Option<DateOrder>) -> Result<Self> {
+        let stated =
+            stated_unit.map(|unit| unit.trim_matches(['(', ')', '[', ']', '<', '>', ' ']).to_lowercase());
+        let exponent = match stated.unwrap_or_else(|| unit(column)).as_str() {
             "ms" | "msec" | "milliseconds" => -3,
             "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "microseconds" => -6,
             "ns" | "nsec" | "nanoseconds" => -9,
@@ -59,7 +62,7 @@ impl Clock {
             }
             _ => 0,
         };
-        Ok(Self { column: column.to_owned(), exponent, kind: Kind::NotSeen })
+        Ok(Self { column: column.to_owned(), exponent, kind: Kind::NotSeen, order, last_s: 0.0, days: 0.0 })
     }
 
     /// The time in a cell without blanks around it, s.
@@ -88,39 +91,83 @@ impl Clock {
 
     fn date(&mut self, cell: &[u8]) -> Result<Stamp> {
         let text = String::from_utf8_lossy(cell);
-        let refused = |what: &str| {
-            Error::new(format!("'{}' in column '{}' {what}", excerpt(&text), self.column))
-                .allowed(DATE_EXAMPLE)
+        let Some(moment) = Moment::parse(&text) else {
+            return Err(self.refused(&text, "is neither a number nor a date", DATE_EXAMPLE));
         };
-        let Some((time, writing)) = parse_date(&text) else {
-            return Err(refused("is neither a number nor a date"));
-        };
-        let origin = match self.kind {
-            Kind::Dates { writing: first, .. } if first != writing => {
-                return Err(refused("is not written like the dates before"));
+        if self.order.is_none() {
+            self.order = moment.order();
+        }
+        if self.kind == Kind::NotSeen || self.kind == Kind::Numbers {
+            self.kind = Kind::Dates { origin: moment.clone(), text: text.clone().into_owned() };
+        }
+        let Kind::Dates { origin, .. } = self.kind.clone() else { return Ok(Stamp::default()) };
+        if origin.writing != moment.writing {
+            return Err(self.refused(&text, "is not written like the dates before", DATE_EXAMPLE));
+        }
+        let mut t_s = self.since(&origin, &moment, &text)?;
+        if moment.writing == Writing::TimeOfDay {
+            self.days += f64::from(u8::from(t_s + self.days * DAY_S < self.last_s - 0.5 * DAY_S));
+            t_s += self.days * DAY_S;
+        }
+        self.last_s = t_s;
+        Ok(Stamp::written_to(t_s, moment.fraction_digits))
+    }
+
+    /// From the first date to this one, s. Where day and month could be either way round, the first change of the date
+    /// decides: rows are not more than a day apart.
+    fn since(&mut self, origin: &Moment, moment: &Moment, text: &str) -> Result<f64> {
+        let between = |order: DateOrder| Some(seconds(moment.at(order)?, origin.at(order)?));
+        let impossible = |clock: &Self| clock.refused(text, "is no date", DATE_EXAMPLE);
+        if moment.is_sure() || moment.is_same_day(origin) {
+            return between(self.order.unwrap_or(DateOrder::DayFirst)).ok_or_else(|| impossible(self));
+        }
+        if let Some(order) = self.order {
+            return between(order).ok_or_else(|| impossible(self));
+        }
+        let is_next = |t_s: &f64| *t_s > self.last_s && t_s - self.last_s <= STEP_MAX_S;
+        let [day, month] = [DateOrder::DayFirst, DateOrder::MonthFirst];
+        let (order, t_s) = match (between(day).filter(is_next), between(month).filter(is_next)) {
+            (Some(t_s), None) => (day, t_s),
+            (None, Some(t_s)) => (month, t_s),
+            _ => {
+                let what = "could have the day or the month first";
+                return Err(self.refused(text, what, "--dates day-first or --dates month-first"));
             }
-            Kind::Dates { origin, .. } => origin,
-            _ => time,
         };
-        self.kind = Kind::Dates { origin, writing };
-        let since = time.duration_since(origin);
-        let t_s = since.as_secs() as f64 + f64::from(since.subsec_nanos()) * 1e-9;
-        Ok(Stamp::written_to(t_s, fraction_digits(&text)))
+        self.order = Some(order);
+        Ok(t_s)
+    }
+
+    fn refused(&self, text: &str, what: &str, allowed: &str) -> Error {
+        Error::new(format!("'{}' in column '{}' {what}", excerpt(text), self.column)).allowed(allowed)
     }
 
     /// What time 0 is, where the stamps are dates; or the unit, where it isn't the second.
     pub fn note(&self) -> Option<String> {
         let column = &self.column;
-        match self.kind {
-            Kind::Dates { origin, writing: Writing::Zoned } => Some(format!("t counts from {origin}")),
-            Kind::Dates { origin, writing } => {
-                let at = TimeZone::UTC.to_datetime(origin);
-                let at = if writing == Writing::TimeOfDay { at.time().to_string() } else { at.to_string() };
+        match &self.kind {
+            Kind::Dates { origin, text } => {
+                let order = self.order.or(origin.is_sure().then_some(DateOrder::DayFirst));
+                let at = order.and_then(|order| origin.at(order));
+                let at = at.map_or_else(|| text.clone(), |at| shown(at, origin.writing));
                 Some(format!("t counts from {at}"))
             }
             _ if self.exponent != 0 => Some(format!("the times in '{column}' are 1e{} s", self.exponent)),
             _ => None,
         }
+    }
+}
+
+fn seconds(at: Timestamp, origin: Timestamp) -> f64 {
+    let since = at.duration_since(origin);
+    since.as_secs() as f64 + f64::from(since.subsec_nanos()) * 1e-9
+}
+
+fn shown(at: Timestamp, writing: Writing) -> String {
+    match writing {
+        Writing::Zoned => at.to_string(),
+        Writing::TimeOfDay => TimeZone::UTC.to_datetime(at).time().to_string(),
+        _ => TimeZone::UTC.to_datetime(at).to_string(),
     }
 }
 
@@ -131,39 +178,12 @@ fn unit(column: &str) -> String {
     name[at..].chars().skip(1).collect::<String>().trim().to_lowercase()
 }
 
-fn parse_date(text: &str) -> Option<(Timestamp, Writing)> {
-    let utc = |at: DateTime| TimeZone::UTC.to_timestamp(at).ok();
-    if text.split(':').next().is_some_and(|hours| hours.len() <= 2) {
-        let time = text.parse::<Time>().ok()?;
-        return utc(Date::constant(1970, 1, 1).to_datetime(time)).map(|t| (t, Writing::TimeOfDay));
-    }
-    if let Ok(time) = text.parse::<Timestamp>() {
-        return Some((time, Writing::Zoned));
-    }
-    if let Ok(time) = text.parse::<DateTime>() {
-        return utc(time).map(|t| (t, Writing::Local));
-    }
-    let point = text.replace(',', ".");
-    ["%d.%m.%Y %H:%M:%S%.f", "%d.%m.%Y %H:%M"]
-        .into_iter()
-        .find_map(|format| DateTime::strptime(format, &point).ok())
-        .and_then(utc)
-        .map(|t| (t, Writing::Dotted))
-}
-
-/// Digits behind the seconds; a zone may follow them.
-fn fraction_digits(text: &str) -> i32 {
-    let clock = text.find(':').and_then(|at| text.get(at..)).unwrap_or_default();
-    let digits = clock.find(['.', ',']).and_then(|at| clock.get(at + 1..)).unwrap_or_default();
-    digits.bytes().take_while(u8::is_ascii_digit).count().min(9) as i32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn read(column: &str, cells: &[&str]) -> Result<Vec<f64>> {
-        let (mut clock, mut mark) = (Clock::of(column)?, DecimalMark::Open);
+        let (mut clock, mut mark) = (Clock::of(column, None, None)?, DecimalMark::Open);
         cells.iter().map(|cell| clock.read(cell.as_bytes(), &mut mark).map(|s| s.t_s)).collect()
     }
 
@@ -180,6 +200,16 @@ mod tests {
             ("31.12.2023 23:59:59", "01.01.2024 00:00:01", 2.0),
             ("31.12.2023 23:59", "01.01.2024 00:01", 120.0),
             ("09:59:59.9", "10:00:00.0", 0.1),
+            ("23:59:59", "00:00:01", 2.0),
+            ("05/13/2024 11:59:59 PM", "05/14/2024 12:00:01 AM", 2.0),
+            ("13/05/2024 23:59:59", "14/05/2024 00:00:01", 2.0),
+            ("13/05/24 23:59", "14/05/24 0:01", 120.0),
+            // Two days later or two months: the file decides, because rows are not months apart.
+            ("1/2/2024 23:59", "2/2/2024 0:01", 120.0),
+            ("2/1/2024 23:59", "2/2/2024 0:01", 120.0),
+            ("2024/05/31 23:59:59", "2024/06/01 00:00:01", 2.0),
+            ("31-May-2024 23:59:59", "01-Jun-2024 00:00:01", 2.0),
+            ("01/02/2024, 12:00:00", "01/02/2024, 12:00:01", 1.0),
         ] {
             let times = read("t", &[first, second]).unwrap_or_else(|e| panic!("{first}: {e}"));
             assert_eq!(times[0], 0.0, "{first}");
@@ -207,7 +237,10 @@ mod tests {
     fn what_is_no_time_is_refused() {
         for cells in [
             &["2024-13-01 12:00:00"][..],
-            &["05/01/2024 12:00"],
+            &["05/13/2024 12:00", "13/05/2024 12:01"],
+            &["1/2/2024 12:00", "1/5/2024 12:00"],
+            &["13/13/2024 12:00"],
+            &["05/01/2024 13:00 PM"],
             &["yesterday"],
             &["2024-05-01 12:00:00", "5"],
             &["2024-05-01 12:00:00", "2024-05-01T12:00:00Z"],

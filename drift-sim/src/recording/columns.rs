@@ -10,7 +10,7 @@ use crate::{Error, Result};
 pub struct ColumnMap {
     /// Column of the time stamps in seconds; `None` reads none (the sample time is then given).
     pub t: Option<String>,
-    /// Column of the reference.
+    /// Column of the reference; empty where there is none, and the controller holds one value.
     pub r: String,
     /// Column of the measured output.
     pub y: String,
@@ -30,8 +30,47 @@ impl ColumnMap {
     /// r, y and u as reports name them: with the column's name where it is another, `y (PV)`.
     pub fn labels(&self) -> [String; 3] {
         [("r", &self.r), ("y", &self.y), ("u", &self.u)].map(|(letter, column)| {
-            if letter == column { letter.to_owned() } else { format!("{letter} ({column})") }
+            if letter == column || column.is_empty() {
+                letter.to_owned()
+            } else {
+                format!("{letter} ({column})")
+            }
         })
+    }
+}
+
+impl ColumnMap {
+    /// Whether r, y or u is named.
+    pub(super) fn is_anything_named(&self) -> bool {
+        self.is_named.iter().skip(1).any(|named| *named)
+    }
+
+    /// The number in brackets of the first of y, u and r that is named, 1 of `gyroADC[1]`.
+    #[cfg(feature = "blackbox")]
+    pub(super) fn named_index(&self) -> Option<usize> {
+        let [_, r, y, u] = self.is_named;
+        let named = [(y, &self.y), (u, &self.u), (r, &self.r)];
+        let (_, name) = named.into_iter().find(|(named, _)| *named)?;
+        name.split_once('[')?.1.trim_end_matches(']').parse().ok()
+    }
+
+    /// What stands before the last point of the first of y, u and r that is named, `heater` of `heater.temp`.
+    pub(super) fn named_loop(&self) -> Option<String> {
+        let [_, r, y, u] = self.is_named;
+        let named = [(y, &self.y), (u, &self.u), (r, &self.r)];
+        let (_, name) = named.into_iter().find(|(named, _)| *named)?;
+        name.rsplit_once('.').map(|(name, _)| name.to_owned())
+    }
+
+    /// Whether y and u, and r and t where they are named, are numbers of columns.
+    pub(super) fn is_by_number(&self) -> bool {
+        let is_number = |name: &str| name.is_empty() || name.parse::<usize>().is_ok_and(|number| number > 0);
+        let [t, r, y, u] = self.is_named;
+        y && u
+            && is_number(&self.y)
+            && is_number(&self.u)
+            && (!r || is_number(&self.r))
+            && (!t || self.t.as_deref().is_none_or(|t| t.split('+').all(is_number)))
     }
 }
 
@@ -39,7 +78,7 @@ impl FromStr for ColumnMap {
     type Err = Error;
 
     /// Reads `t=time,r=SP,y=PV,u=OP`; what isn't named keeps its own letter or is guessed, `t=` ignores the
-    /// time stamps.
+    /// time stamps, `r=` says that the reference is not recorded.
     fn from_str(text: &str) -> Result<Self> {
         let refused = |what: String| Error::new(what).allowed("like t=time,r=SP,y=PV,u=OP");
         let mut map = Self::default();
@@ -52,7 +91,7 @@ impl FromStr for ColumnMap {
                 return Err(refused(format!("columns: '{signal}' is named twice")));
             }
             seen.push(signal);
-            if column.is_empty() && signal != "t" {
+            if column.is_empty() && !["t", "r"].contains(&signal) {
                 return Err(refused(format!("columns: no column for '{signal}'")));
             }
             match signal {
@@ -97,7 +136,7 @@ mod tests {
         for (text, message) in [
             ("", "columns: '' has no '='; like t=time,r=SP,y=PV,u=OP"),
             ("x=1", "columns: unknown signal 'x'; like t=time,r=SP,y=PV,u=OP"),
-            ("r=", "columns: no column for 'r'; like t=time,r=SP,y=PV,u=OP"),
+            ("y=", "columns: no column for 'y'; like t=time,r=SP,y=PV,u=OP"),
             ("r=a,r=b", "columns: 'r' is named twice; like t=time,r=SP,y=PV,u=OP"),
         ] {
             assert_eq!(text.parse::<ColumnMap>().unwrap_err().to_string(), message);

@@ -6,9 +6,45 @@
 /// The signals, in the order of every table here.
 pub(super) const SIGNALS: [&str; 4] = ["t", "r", "y", "u"];
 
-/// Usual names, in lower case without anything between their letters.
+/// Usual names in English, German, French, Spanish, Italian and Portuguese, in lower case without accents and without
+/// anything between their letters.
 const NAMES: [&[&str]; 4] = [
-    &["t", "time", "times", "timestamp", "datetime", "date", "seconds", "sec", "elapsed", "elapsedtime"],
+    &[
+        "t",
+        "time",
+        "times",
+        "timestamp",
+        "datetime",
+        "timestamps",
+        "seconds",
+        "sec",
+        "elapsed",
+        "elapsedtime",
+        "zeit",
+        "zeitstempel",
+        "uhrzeit",
+        "zeitpunkt",
+        "temps",
+        "horodatage",
+        "horodate",
+        "heure",
+        "tiempo",
+        "hora",
+        "fechahora",
+        "fechayhora",
+        "tempo",
+        "ora",
+        "orario",
+        "dataora",
+        "dataeora",
+        "datahora",
+        "datumuhrzeit",
+        "datumzeit",
+        "dateheure",
+        "dateetheure",
+        "datetemps",
+        "instante",
+    ],
     &[
         "r",
         "sp",
@@ -19,9 +55,31 @@ const NAMES: [&[&str]; 4] = [
         "setvalue",
         "target",
         "desired",
+        "command",
+        "cmd",
+        "setpointvalue",
+        "wsp",
+        "activesetpoint",
         "soll",
         "sollwert",
-        "setpointvalue",
+        "fuhrungsgrosse",
+        "fuehrungsgroesse",
+        "fuhrungsgroesse",
+        "consigne",
+        "valeurdeconsigne",
+        "pointdeconsigne",
+        "consigna",
+        "referencia",
+        "valorconsigna",
+        "puntodeconsigna",
+        "valordeseado",
+        "riferimento",
+        "valoredesiderato",
+        "valoreimpostato",
+        "setpointpid",
+        "valordesejado",
+        "valordereferencia",
+        "pontodeajuste",
     ],
     &[
         "y",
@@ -37,6 +95,23 @@ const NAMES: [&[&str]; 4] = [
         "feedback",
         "ist",
         "istwert",
+        "messwert",
+        "regelgrosse",
+        "regelgroesse",
+        "mesure",
+        "valeurmesuree",
+        "grandeurreglee",
+        "medida",
+        "medicion",
+        "valormedido",
+        "variabledeproceso",
+        "misura",
+        "misurato",
+        "valoremisurato",
+        "variabilediprocesso",
+        "medicao",
+        "variaveldeprocesso",
+        "valoratual",
     ],
     &[
         "u",
@@ -53,13 +128,39 @@ const NAMES: [&[&str]; 4] = [
         "effort",
         "actuation",
         "stellwert",
+        "stellgrosse",
         "stellgroesse",
-        "stellgr\u{f6}\u{df}e",
+        "reglerausgang",
+        "commande",
+        "sortieregulateur",
+        "sortie",
+        "grandeurreglante",
+        "salida",
+        "senaldecontrol",
+        "salidadelcontrolador",
+        "uscita",
+        "uscitaregolatore",
+        "variabilemanipolata",
+        "saida",
+        "saidadocontrolador",
+        "sinaldecontrole",
+        "pwm",
     ],
 ];
 
+/// Names of a date, which stands alone or beside the time of the day. They mean a time where there is no other.
+const DATES: &[&str] = &["date", "datum", "fecha", "data", "jour", "dia", "giorno", "tag", "day"];
+
 /// Names that mean one of two signals: the one that is not there otherwise.
-const EITHER: [(&[&str], [usize; 2]); 2] = [(&["output"], [2, 3]), (&["cmd", "command"], [1, 3])];
+const EITHER: [(&[&str], [usize; 2]); 4] = [
+    (&["output"], [2, 3]),
+    (
+        &["temp", "temperature", "temperatur", "speed", "position", "level", "pressure", "flow", "value"],
+        [2, 3],
+    ),
+    (&["cmd", "command", "comando"], [1, 3]),
+    (&["position"], [2, 1]),
+];
 
 /// Units that may end a name without changing what it is.
 const UNITS: [&str; 27] = [
@@ -76,12 +177,26 @@ pub(super) enum Guess {
     Either(usize, usize),
 }
 
-/// Guesses the signals whose place isn't known yet, given as index by signal.
-pub(super) fn guess(names: &[String], known: [Option<usize>; 4]) -> [Guess; 4] {
+/// Guesses the signals whose place isn't known yet, given as index by signal; and the column of the date where t is the
+/// time of the day beside it.
+pub(super) fn guess(names: &[String], known: [Option<usize>; 4]) -> ([Guess; 4], Option<usize>) {
+    let readings: Vec<[String; 2]> = names.iter().map(|name| plain(name)).collect();
+    let named = Named { names, readings: &readings, known };
     let mut found = known.map(|index| index.map_or(Guess::Nothing, Guess::Column));
     for (signal, usual) in NAMES.iter().enumerate() {
+        // Of r and u a command is the one that is not there otherwise.
+        let usual: Vec<&str> = usual.iter().copied().filter(|name| !EITHER[2].0.contains(name)).collect();
         if found[signal] == Guess::Nothing {
-            found[signal] = best(names, usual, &found);
+            found[signal] = named.best(&usual, &found);
+        }
+    }
+    let mut date = None;
+    if known[0].is_none()
+        && let Guess::Column(index) = named.best(DATES, &found)
+    {
+        match found[0] {
+            Guess::Nothing => found[0] = Guess::Column(index),
+            _ => date = Some(index),
         }
     }
     // Each round settles one signal or is the last.
@@ -92,29 +207,66 @@ pub(super) fn guess(names: &[String], known: [Option<usize>; 4]) -> [Guess; 4] {
                 (Guess::Column(_), Guess::Nothing) => other,
                 _ => continue,
             };
-            found[signal] = best(names, words, &found);
+            found[signal] = named.best(words, &found);
         }
     }
-    found
+    (found, date)
 }
 
-/// The one column of these names: whole names before tags.
-fn best(names: &[String], usual: &[&str], found: &[Guess; 4]) -> Guess {
-    let free = |i: &usize| !found.contains(&Guess::Column(*i));
-    for reading in [whole, last_part] {
-        let mut fits = (0..names.len())
-            .filter(free)
-            .filter(|i| names.get(*i).is_some_and(|n| usual.contains(&reading(n).as_str())));
-        match (fits.next(), fits.next()) {
-            (Some(one), None) => return Guess::Column(one),
-            (Some(one), Some(other)) => return Guess::Either(one, other),
-            _ => {}
+/// Whether a name is usual for one of the signals.
+pub(super) fn is_usual(name: &str) -> bool {
+    let of = |plain: &String| NAMES.iter().any(|usual| usual.contains(&plain.as_str()));
+    plain(name).iter().any(of)
+}
+
+/// The columns and how their names read.
+struct Named<'a> {
+    names: &'a [String],
+    readings: &'a [[String; 2]],
+    known: [Option<usize>; 4],
+}
+
+impl Named<'_> {
+    /// The one column of these names: whole names before tags, and of several tags the one of a loop that is known.
+    fn best(&self, usual: &[&str], found: &[Guess; 4]) -> Guess {
+        let free = |i: &usize| !found.contains(&Guess::Column(*i));
+        for reading in 0..2 {
+            let fits: Vec<usize> = (0..self.names.len())
+                .filter(|i| {
+                    self.readings.get(*i).is_some_and(|names| usual.contains(&names[reading].as_str()))
+                })
+                .filter(free)
+                .collect();
+            match fits.as_slice() {
+                [] => {}
+                [one] => return Guess::Column(*one),
+                [one, other, ..] => {
+                    let mut of_loop = fits.iter().filter(|i| self.is_of_known_loop(**i));
+                    return match (of_loop.next(), of_loop.next()) {
+                        (Some(one), None) => Guess::Column(*one),
+                        _ => Guess::Either(*one, *other),
+                    };
+                }
+            }
         }
+        Guess::Nothing
     }
-    Guess::Nothing
+
+    /// Whether a tag begins like that of r, y or u, where one of them is named.
+    fn is_of_known_loop(&self, index: usize) -> bool {
+        let begin = |index: usize| self.names.get(index).and_then(|name| tag(name));
+        let known = self.known.iter().skip(1).copied().flatten();
+        begin(index).is_some_and(|own| known.filter_map(begin).any(|other| other == own))
+    }
 }
 
-/// The parts of a name in lower case, without brackets and a unit at the end.
+/// What stands before the last part of a tag.
+fn tag(name: &str) -> Option<&str> {
+    let at = name.rfind(['.', '/', ':', '_', '-', ' ', '\\'])?;
+    name.get(..at).filter(|tag| !tag.is_empty())
+}
+
+/// The parts of a name in lower case, without brackets, accents and a unit at the end.
 fn parts(name: &str) -> Vec<String> {
     let mut depth = 0;
     let outside: String = name
@@ -129,7 +281,7 @@ fn parts(name: &str) -> Vec<String> {
     let mut parts: Vec<String> = outside
         .split(|c: char| !c.is_alphanumeric())
         .filter(|p| !p.is_empty())
-        .map(str::to_lowercase)
+        .map(|part| without_accents(&part.to_lowercase()))
         .collect();
     if parts.len() > 1 && parts.last().is_some_and(|p| UNITS.contains(&p.as_str())) {
         parts.pop();
@@ -137,12 +289,30 @@ fn parts(name: &str) -> Vec<String> {
     parts
 }
 
-fn whole(name: &str) -> String {
-    parts(name).concat()
+fn without_accents(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| {
+            let plain = match c {
+                '\u{e0}'..='\u{e5}' => "a",
+                '\u{e7}' => "c",
+                '\u{e8}'..='\u{eb}' => "e",
+                '\u{ec}'..='\u{ef}' => "i",
+                '\u{f1}' => "n",
+                '\u{f2}'..='\u{f6}' => "o",
+                '\u{f9}'..='\u{fc}' => "u",
+                '\u{df}' => "ss",
+                _ => return vec![c],
+            };
+            plain.chars().collect()
+        })
+        .collect()
 }
 
-fn last_part(name: &str) -> String {
-    parts(name).pop().unwrap_or_default()
+/// A name without anything between its letters: the whole of it, and the last part of a tag.
+pub(super) fn plain(name: &str) -> [String; 2] {
+    let mut parts = parts(name);
+    let whole = parts.concat();
+    [whole, parts.pop().unwrap_or_default()]
 }
 
 #[cfg(test)]
@@ -150,7 +320,7 @@ mod tests {
     use super::*;
 
     fn guessed(names: &[&str]) -> [Guess; 4] {
-        guess(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>(), [None; 4])
+        guess(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>(), [None; 4]).0
     }
 
     #[test]
@@ -166,6 +336,16 @@ mod tests {
             ["seconds", "ref", "output", "cmd"],
             ["timestamp", "cmd", "pv", "MV"],
             ["t", "reference", "measured", "control_effort"],
+            ["Zeit", "F\u{fc}hrungsgr\u{f6}\u{df}e", "Regelgr\u{f6}\u{df}e [\u{b0}C]", "Stellgroesse"],
+            ["Uhrzeit", "Soll", "Ist", "Stellwert"],
+            ["Temps", "Consigne", "Mesure", "Commande"],
+            ["Horodatage", "Consigne (\u{b0}C)", "Valeur mesur\u{e9}e", "Sortie"],
+            ["Tiempo", "Consigna", "Medici\u{f3}n", "Salida"],
+            ["Fecha", "Referencia", "Valor medido", "Salida"],
+            ["Tempo", "Riferimento", "Misura", "Uscita"],
+            ["Data/Ora", "Setpoint", "Valore misurato", "Uscita"],
+            ["Data", "Refer\u{ea}ncia", "Medi\u{e7}\u{e3}o", "Sa\u{ed}da"],
+            ["time", "extruder.target", "extruder.temp", "extruder.pwm"],
         ] {
             assert_eq!(guessed(&names), [0, 1, 2, 3].map(Guess::Column), "{names:?}");
         }
@@ -183,9 +363,23 @@ mod tests {
     }
 
     #[test]
+    fn a_date_goes_with_the_time_of_the_day() {
+        let names = ["Datum", "Uhrzeit", "Sollwert", "Istwert", "Stellwert"].map(String::from);
+        let (found, date) = guess(&names, [None; 4]);
+        assert_eq!((found[0], date), (Guess::Column(1), Some(0)));
+    }
+
+    #[test]
+    fn of_several_loops_the_one_that_is_named_is_meant() {
+        let names = ["t", "T1.SP", "T1.PV", "T1.OP", "T2.SP", "T2.PV", "T2.OP"].map(String::from);
+        let found = guess(&names, [None, None, Some(5), None]).0;
+        assert_eq!(found, [0, 4, 5, 6].map(Guess::Column));
+    }
+
+    #[test]
     fn what_is_known_is_not_guessed_again() {
         let names = ["a", "sp", "pv", "out"].map(String::from);
-        let found = guess(&names, [None, None, Some(3), None]);
+        let found = guess(&names, [None, None, Some(3), None]).0;
         assert_eq!(found[2], Guess::Column(3));
         assert_eq!(found[3], Guess::Nothing);
     }

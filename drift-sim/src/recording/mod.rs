@@ -1,28 +1,45 @@
 //! Recordings of a loop: r, y and u at uniform times, read without believing anything about the file: CSV, gzip,
-//! MATLAB, ULog and Parquet, told apart by how they begin.
+//! MATLAB, ULog, Parquet and more, told apart by how they begin. No file takes more memory than it is allowed ([`MEMORY_LIMIT_BYTES`]).
 //!
 //! [`RecordingStream`] reads sample by sample in constant memory; [`Recording::read`] collects what it yields, so
 //! both find the same faults and say the same words. What can be mended is mended and counted in [`Quality`]; the
 //! rest is one line with the number of the line it is about.
 
+#[cfg(feature = "blackbox")]
+mod blackbox;
+mod budget;
 mod choice;
 mod clock;
 mod columns;
+#[cfg(any(feature = "parquet", feature = "matlab73", feature = "blackbox", feature = "mcap"))]
+mod contained;
 mod csv;
+mod date;
 mod decimal;
 mod format;
 mod guess;
 mod gzip;
+mod json_lines;
+mod klippy;
 mod matlab;
+mod matlab4;
+#[cfg(feature = "matlab73")]
+mod matlab73;
+#[cfg(feature = "mcap")]
+mod mcap;
+mod overview;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod quality;
+mod records;
+mod repeated;
 mod resample;
 mod row;
 mod sampling;
 mod stamp;
 mod stream;
 mod table;
+mod text_rows;
 mod ulog;
 mod when;
 mod write;
@@ -31,12 +48,17 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::{Error, Result};
+use budget::Budget;
 
+pub use budget::MEMORY_LIMIT_BYTES;
 pub use columns::ColumnMap;
+pub use date::DateOrder;
+pub use overview::{Gap, Overview, Span};
 pub use quality::{Jitter, Quality};
+pub use repeated::Repeated;
 pub use stream::{RecordingStream, Sample};
 pub use when::{Comparison, When};
-pub use write::{uniform_times_s, write_csv};
+pub use write::{csv_bytes, uniform_times_s, write_csv};
 
 /// Whether a sample may enter a sum.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -59,8 +81,15 @@ pub struct ReadOptions {
     pub sample_time_s: Option<f64>,
     /// Put rows at unequal intervals on a grid of this step, s: y linearly interpolated, all else held.
     pub resample_s: Option<f64>,
-    /// Conditions that all must hold where the loop is closed; elsewhere samples are [`RowState::Manual`].
+    /// Conditions that all must hold where the loop is closed; elsewhere samples are [`RowState::Manual`]. Without any,
+    /// columns that are called MODE, AUTO, QUALITY and the like carry their own.
     pub when: Vec<When>,
+    /// What becomes of rows that repeat a time stamp with other values.
+    pub repeated: Repeated,
+    /// Which comes first in dates like 5/1/2024, where the recording doesn't say it.
+    pub date_order: Option<DateOrder>,
+    /// What reading it may take, bytes; [`MEMORY_LIMIT_BYTES`] where nothing is said.
+    pub memory_limit_bytes: Option<u64>,
     /// Further columns to read, in this order; text in them is an error.
     pub extra: Vec<String>,
     /// Read all other columns as well; those that hold text are left out and counted.
@@ -126,16 +155,22 @@ impl Recording {
     }
 
     fn collect(mut stream: RecordingStream) -> Result<Self> {
+        let budget = stream.budget().clone();
+        let name = stream.name().to_owned();
+        Self::collect_within(&mut stream, &budget).map_err(|e| e.in_file(name))
+    }
+
+    fn collect_within(stream: &mut RecordingStream, budget: &Budget) -> Result<Self> {
         let columns = stream.columns().clone();
         let mut recording = Self { name: stream.name().to_owned(), columns, ..Self::default() };
         recording.extra = stream.extra_names().into_iter().map(|name| (name, Vec::new())).collect();
         while let Some(sample) = stream.next()? {
-            recording.r.push(sample.r);
-            recording.y.push(sample.y);
-            recording.u.push(sample.u);
-            recording.state.push(sample.state);
+            budget.push(&mut recording.r, sample.r)?;
+            budget.push(&mut recording.y, sample.y)?;
+            budget.push(&mut recording.u, sample.u)?;
+            budget.push(&mut recording.state, sample.state)?;
             for ((_, values), value) in recording.extra.iter_mut().zip(sample.extra) {
-                values.push(*value);
+                budget.push(values, *value)?;
             }
         }
         recording.sample_time_s = stream.whole_sample_time_s();
@@ -186,7 +221,8 @@ impl Recording {
         }
         self.extra.iter().find(|(n, _)| n == name).map(|(_, values)| values.as_slice()).ok_or_else(|| {
             let there = ["r", "y", "u"].into_iter().chain(self.extra.iter().map(|(n, _)| n.as_str()));
-            choice::no_column(name, "a signal", there).in_file(&self.name)
+            let there: Vec<&str> = there.collect();
+            choice::no_column(name, "a signal", &there).in_file(&self.name)
         })
     }
 }

@@ -23,7 +23,7 @@ pub struct Quality {
     pub gap_samples: u64,
     /// Rows that repeated the one before to the letter, time stamp and all, and were dropped.
     pub duplicates: u64,
-    /// Lines with nothing on them.
+    /// Lines with nothing on them, or only a comment.
     pub blank_lines: u64,
     /// How finely the time stamps are written, s (0 where there are none).
     pub time_resolution_s: f64,

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::quality::Jitter;
 use super::row::{Row, repeats};
-use super::sampling::{forward_steps, goes_back, jitter, median, one_row};
+use super::sampling::{forward_steps, goes_back, jitter, median, same_time};
 use super::stamp::Stamp;
 use crate::{Error, Result};
 
@@ -45,7 +45,7 @@ impl Resampler {
         let steps = forward_steps(&stamps)?;
         let (Some(interval_s), Some(jitter), Some(first)) = (median(&steps), jitter(&steps), head.front())
         else {
-            return Err(one_row());
+            return Err(same_time(stamps.len(), stamps.first().map_or(0.0, |(_, stamp)| stamp.t_s)));
         };
         Ok(Self {
             step_s,

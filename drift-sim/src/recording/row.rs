@@ -36,13 +36,17 @@ pub(super) fn repeats(before: &Row, row: &Row) -> Result<()> {
     if row.same_values(before) {
         return Ok(());
     }
-    Err(Error::new(format!("the time {} s again, with other values", row.stamp.t_s)).at_line(row.line))
+    Err(Error::new(format!("the time {} s again, with other values", row.stamp.t_s))
+        .allowed("--repeated first, last or mean")
+        .at_line(row.line))
 }
 
 /// Rows of any format.
 pub(super) trait Rows: Send {
     /// The columns that are read.
     fn choice(&self) -> &Choice;
+    /// The names of all columns of the file, read or not.
+    fn names(&self) -> &[String];
     /// Whether the rows have time stamps.
     fn has_time(&self) -> bool {
         self.choice().t.is_some()

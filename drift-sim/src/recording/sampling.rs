@@ -95,7 +95,7 @@ impl Grid {
         let origin_s = stamps.first().map_or(0.0, |(_, stamp)| stamp.t_s);
         let steps = forward_steps(stamps)?;
         let resolution = Resolution::of(stamps);
-        let median_s = median(&steps).ok_or_else(one_row)?;
+        let median_s = median(&steps).ok_or_else(|| same_time(stamps.len(), origin_s))?;
         let unit_s = sample_time_s.unwrap_or_else(|| mean_unit_step(&steps, median_s));
         // Most intervals must be one sample; with a smaller sample time any file would be gaps for the most part.
         let written_to_s = stamps.last().map_or(0.0, |(_, stamp)| resolution.step_s(stamp.t_s));
@@ -156,8 +156,11 @@ impl Grid {
             }
             let deviation = (stamp.t_s - self.origin_s - self.line.at(k)).abs();
             if deviation > self.tolerance_s(stamp.t_s) {
-                let what = jitter(steps).map_or_else(String::new, |j| format!(": {j}"));
-                return Err(Error::new(format!("the sampling is not uniform{what}")).allowed("--resample DT"));
+                let found = jitter(steps);
+                let what = found.map_or_else(String::new, |j| format!(": {j}"));
+                let step_s = found.map_or(self.sample_time_s, |j| j.interval_s);
+                return Err(Error::new(format!("the sampling is not uniform{what}"))
+                    .allowed(format!("--resample {}", short(step_s))));
             }
         }
         Ok(())
@@ -238,7 +241,7 @@ impl Grid {
         if deviation.abs() > tolerance && !wanders {
             let (off, sample_time) = (short(deviation), short(self.sample_time_s));
             let what = format!("the time stamp {} s is {off} s off the grid of {sample_time} s", stamp.t_s);
-            return Err(Error::new(what).allowed("--resample DT").at_line(file_line));
+            return Err(Error::new(what).allowed(format!("--resample {sample_time}")).at_line(file_line));
         }
         if deviation.abs() > self.deviation_max.0 {
             self.deviation_max = (deviation.abs(), file_line);
@@ -290,6 +293,15 @@ pub(super) fn goes_back(from_s: f64, to_s: f64, line: u64) -> Error {
 
 pub(super) fn one_row() -> Error {
     Error::new("one row of data only").allowed("two at least")
+}
+
+/// No time passes from the first row to the last of those read ahead.
+pub(super) fn same_time(rows: usize, t_s: f64) -> Error {
+    if rows < 2 {
+        return one_row();
+    }
+    Error::new(format!("the first {rows} rows all have the time {t_s} s"))
+        .allowed("times that differ, or --columns t= --sample-time S")
 }
 
 fn too_long_a_gap(missing: f64, from_s: f64, to_s: f64, so_far: u64, longest: u64) -> Error {
@@ -427,7 +439,7 @@ mod tests {
         assert_eq!(
             error,
             "the sampling is not uniform: interval 0.0053 s, jitter 0.000232 s rms and at most 0.0005 s, at line 6; \
-             --resample DT"
+             --resample 0.0053"
         );
     }
 }

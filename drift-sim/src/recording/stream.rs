@@ -8,7 +8,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::format;
+use super::budget::{Budget, MEMORY_LIMIT_BYTES};
+use super::choice::Reference;
+use super::format::{self, Source};
+use super::repeated::merged;
 use super::resample::Resampler;
 use super::row::{Row, Rows, repeats};
 use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
@@ -51,6 +54,9 @@ pub struct RecordingStream {
     index: u64,
     no_extra: Vec<f64>,
     quality: Quality,
+    budget: Budget,
+    /// What r is taken to be as long as the recording holds none.
+    assumed_r: Option<f64>,
 }
 
 /// What says where a row belongs in time.
@@ -73,7 +79,10 @@ impl RecordingStream {
         let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
         let file = File::open(path).map_err(refused)?;
         let size_bytes = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|m| m.len());
-        let mut stream = Self::from_reader(&path.to_string_lossy(), file, options)?;
+        let name = path.to_string_lossy();
+        // A second handle, for formats of which only parts are read.
+        let whole = file.try_clone().ok().filter(|_| size_bytes.is_some());
+        let mut stream = Self::begin(&name, Box::new(file), whole, options).map_err(|e| e.in_file(path))?;
         stream.size_bytes = size_bytes;
         Ok(stream)
     }
@@ -87,21 +96,23 @@ impl RecordingStream {
         source: impl Read + Send + 'static,
         options: &ReadOptions,
     ) -> Result<Self> {
-        let bytes_read = Arc::new(AtomicU64::new(0));
-        let source = Counted { source, bytes: Arc::clone(&bytes_read) };
-        Self::begin(name, Box::new(source), bytes_read, options).map_err(|e| e.in_file(name))
+        Self::begin(name, Box::new(source), None, options).map_err(|e| e.in_file(name))
     }
 
     fn begin(
         name: &str,
         source: Box<dyn Read + Send>,
-        bytes_read: Arc<AtomicU64>,
+        file: Option<File>,
         options: &ReadOptions,
     ) -> Result<Self> {
         options.check()?;
-        let mut rows = format::open(source, options)?;
+        let bytes_read = Arc::new(AtomicU64::new(0));
+        let reader = Counted { source, bytes: Arc::clone(&bytes_read) };
+        let budget = Budget::of(options.memory_limit_bytes.unwrap_or(MEMORY_LIMIT_BYTES));
+        let source = Source { reader: Box::new(reader), file, budget: budget.clone() };
+        let mut rows = merged(format::open(source, options)?.0, options);
         let mut quality = Quality::default();
-        let (head, failed) = read_head(rows.as_mut(), &mut quality);
+        let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.
         let begun = begin_pacing(rows.as_ref(), &head, options);
         let (pacing, start_s) = match (begun, failed) {
@@ -113,7 +124,10 @@ impl RecordingStream {
             (_, Some(failure)) => return Err(failure),
             (begun, None) => begun?,
         };
+        let assumed_r = assumed_reference(rows.as_ref(), &head);
         let mut stream = Self {
+            budget,
+            assumed_r,
             no_extra: vec![f64::NAN; rows.extra_names().len()],
             rows,
             file: name.to_owned(),
@@ -157,15 +171,19 @@ impl RecordingStream {
             _ => &self.before,
         };
         let y = y.unwrap_or(row.y);
+        if !row.r.is_nan() {
+            self.assumed_r = None;
+        }
+        let r = self.assumed_r.unwrap_or(row.r);
         let state = if row.manual {
             self.quality.manual += 1;
             RowState::Manual
-        } else if row.r.is_nan() || y.is_nan() || row.u.is_nan() {
+        } else if r.is_nan() || y.is_nan() || row.u.is_nan() {
             RowState::Missing
         } else {
             RowState::Valid
         };
-        Ok(Some(Sample { index, t_s, r: row.r, y, u: row.u, state, extra: &row.extra }))
+        Ok(Some(Sample { index, t_s, r, y, u: row.u, state, extra: &row.extra }))
     }
 
     /// Moves to the next sample: its time, whether it is a missing one, and y where that isn't the row's own.
@@ -260,12 +278,29 @@ impl RecordingStream {
     pub fn quality(&self) -> Quality {
         let mut quality = self.quality.clone();
         quality.notes = self.rows.notes();
+        quality.notes.extend(self.assumed_r.map(|r| self.rest(r)));
         match &self.pacing {
             Pacing::Grid(grid) => quality.time_resolution_s = grid.resolution_s(),
             Pacing::Resampled(resampler, _) => quality.resampled = Some(resampler.jitter),
             Pacing::Given(_) => {}
         }
         quality
+    }
+
+    /// What is said of a recording without a reference.
+    fn rest(&self, r: f64) -> String {
+        let what = match self.rows.choice().r {
+            Reference::Absent => "there is no column for r",
+            Reference::Column(_) => "the column of r is empty",
+        };
+        let r = super::quality::short(r);
+        format!(
+            "{what}: the controller is taken to hold {r}, the median of y at the beginning (--columns r=NAME)"
+        )
+    }
+
+    pub(super) fn budget(&self) -> &Budget {
+        &self.budget
     }
 
     /// Bytes of the file read so far, for a progress bar.
@@ -299,17 +334,33 @@ impl<R: Read> Read for Counted<R> {
 }
 
 /// Reads the first rows, up to a broken one.
-fn read_head(rows: &mut dyn Rows, quality: &mut Quality) -> (VecDeque<Row>, Option<Error>) {
+fn read_head(rows: &mut dyn Rows, quality: &mut Quality, budget: &Budget) -> (VecDeque<Row>, Option<Error>) {
     let mut head = VecDeque::new();
     while head.len() < HEAD_ROWS {
         let mut row = Row::default();
         match rows.read(&mut row, quality) {
-            Ok(true) => head.push_back(row),
+            Ok(true) => {
+                let bytes = size_of::<Row>() + row.extra.capacity() * size_of::<f64>();
+                if let Err(error) = budget.take(bytes as u64) {
+                    return (head, Some(error));
+                }
+                head.push_back(row);
+            }
             Ok(false) => break,
             Err(error) => return (head, Some(error)),
         }
     }
     (head, None)
+}
+
+/// The median of y among the first rows, where none of them has a reference.
+fn assumed_reference(rows: &dyn Rows, head: &VecDeque<Row>) -> Option<f64> {
+    if rows.choice().r != Reference::Absent && head.iter().any(|row| !row.r.is_nan()) {
+        return None;
+    }
+    let mut y: Vec<f64> = head.iter().map(|row| row.y).filter(|y| !y.is_nan()).collect();
+    y.sort_by(f64::total_cmp);
+    y.get(y.len() / 2).copied()
 }
 
 fn begin_pacing(rows: &dyn Rows, head: &VecDeque<Row>, options: &ReadOptions) -> Result<(Pacing, f64)> {

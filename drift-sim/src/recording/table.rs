@@ -3,7 +3,7 @@
 //! A number in a time column is taken as the shortest text that reads back as it, so that times of two decimals are
 //! known to be rounded to two decimals wherever they come from.
 
-use super::choice::Choice;
+use super::choice::{Choice, Reference};
 use super::clock::Clock;
 use super::decimal::DecimalMark;
 use super::row::{Row, Rows, not_a_number};
@@ -51,10 +51,40 @@ impl Cells {
     }
 }
 
+/// Named columns that are unpacked one by one, when they are needed.
+pub(super) trait Table {
+    /// The names of all columns.
+    fn names(&self) -> Vec<String>;
+    /// How many values a column has.
+    fn length(&self, index: usize) -> usize;
+    /// Unpacks a column.
+    ///
+    /// # Errors
+    /// It is damaged, or takes more memory than there is.
+    fn cells(&mut self, index: usize) -> Result<Cells>;
+}
+
+/// Columns that are in memory already.
+impl Table for Vec<(String, Cells)> {
+    fn names(&self) -> Vec<String> {
+        self.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    fn length(&self, index: usize) -> usize {
+        self.get(index).map_or(0, |(_, cells)| cells.len())
+    }
+
+    fn cells(&mut self, index: usize) -> Result<Cells> {
+        let cells = self.get_mut(index).map(|(_, cells)| std::mem::replace(cells, Cells::Single(Vec::new())));
+        Ok(cells.unwrap_or(Cells::Single(Vec::new())))
+    }
+}
+
 /// The columns that are read, of equal length.
 pub(super) struct TableRows {
     /// Those of t, r, y, u, the conditions and the further columns, by the indices of `choice`.
-    columns: Vec<(String, Cells)>,
+    columns: Vec<Option<Cells>>,
+    names: Vec<String>,
     choice: Choice,
     clock: Option<Clock>,
     notes: Vec<String>,
@@ -67,33 +97,31 @@ impl TableRows {
     ///
     /// # Errors
     /// A column isn't there, or is of another length.
-    pub fn new(mut columns: Vec<(String, Cells)>, notes: Vec<String>, options: &ReadOptions) -> Result<Self> {
-        let names: Vec<String> = columns.iter().map(|(name, _)| name.clone()).collect();
+    pub fn new(mut table: impl Table, notes: Vec<String>, options: &ReadOptions) -> Result<Self> {
+        let names = table.names();
         let mut choice = Choice::of(&names, options)?;
-        let length = |index: usize| columns.get(index).map_or(0, |(_, cells)| cells.len());
-        let count = length(choice.y);
-        choice.extra.retain(|extra| extra.asked_for || length(extra.index) == count);
-        let asked = [choice.r, choice.u].into_iter().chain(choice.t);
-        let asked = asked.chain(choice.when.iter().map(|(index, _)| *index));
-        for index in asked.chain(choice.extra.iter().map(|extra| extra.index)) {
-            if length(index) != count {
+        let count = table.length(choice.y);
+        choice.extra.retain(|extra| extra.asked_for || table.length(extra.index) == count);
+        let mut columns = Vec::with_capacity(names.len());
+        for (index, is_used) in choice.uses(names.len()).into_iter().enumerate() {
+            if is_used && table.length(index) != count {
                 let (name, y) = (&names[index], &names[choice.y]);
-                let what = format!("'{name}' has {} values, '{y}' has {count}", length(index));
+                let what = format!("'{name}' has {} values, '{y}' has {count}", table.length(index));
                 return Err(Error::new(what).allowed("equally many"));
             }
+            columns.push(if is_used { Some(table.cells(index)?) } else { None });
         }
-        for (index, (_, cells)) in columns.iter_mut().enumerate() {
-            if !choice.uses(index) {
-                *cells = Cells::Single(Vec::new());
-            }
-        }
-        let clock = choice.t.map(|t| Clock::of(&names[t])).transpose()?;
-        Ok(Self { columns, choice, clock, notes, next: 0, count })
+        let clock = choice.t.map(|t| Clock::of(&names[t], None, options.date_order)).transpose()?;
+        Ok(Self { columns, names, choice, clock, notes, next: 0, count })
+    }
+
+    fn cells(&self, index: usize) -> Option<&Cells> {
+        self.columns.get(index).and_then(Option::as_ref)
     }
 
     fn number(&self, index: usize, row: usize) -> Result<f64> {
-        let Some((name, cells)) = self.columns.get(index) else { return Ok(f64::NAN) };
-        cells.number(row).ok_or_else(|| not_a_number(cells.text(row).as_bytes(), name))
+        let Some(cells) = self.cells(index) else { return Ok(f64::NAN) };
+        cells.number(row).ok_or_else(|| not_a_number(cells.text(row).as_bytes(), &self.names[index]))
     }
 
     fn signal(&self, index: usize, row: usize, missing: &mut u64) -> Result<f64> {
@@ -103,17 +131,23 @@ impl TableRows {
     }
 
     fn text(&self, index: usize, row: usize) -> String {
-        self.columns.get(index).map_or_else(String::new, |(_, cells)| cells.text(row))
+        self.cells(index).map_or_else(String::new, |cells| cells.text(row))
     }
 
     fn parse(&mut self, at: usize, row: &mut Row, quality: &mut Quality) -> Result<()> {
         if let Some(t) = self.choice.t {
-            let cell = self.text(t, at);
+            let mut cell = self.text(t, at);
+            if let Some(date) = self.choice.date.filter(|_| cell.contains(':')) {
+                cell = format!("{} {cell}", self.text(date, at));
+            }
             if let Some(clock) = &mut self.clock {
                 row.stamp = clock.read(cell.as_bytes(), &mut DecimalMark::Point)?;
             }
         }
-        row.r = self.signal(self.choice.r, at, &mut quality.missing_r)?;
+        row.r = match self.choice.r {
+            Reference::Column(r) => self.signal(r, at, &mut quality.missing_r)?,
+            Reference::Absent => f64::NAN,
+        };
         row.y = self.signal(self.choice.y, at, &mut quality.missing_y)?;
         row.u = self.signal(self.choice.u, at, &mut quality.missing_u)?;
         row.manual =
@@ -139,9 +173,13 @@ impl Rows for TableRows {
         &self.choice
     }
 
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
-        self.choice.note.iter().chain(&self.notes).cloned().chain(clock).collect()
+        self.choice.notes.iter().chain(&self.notes).cloned().chain(clock).collect()
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {

@@ -5,9 +5,10 @@
 //! their last value before.
 
 use std::collections::HashMap;
-use std::io::Read;
 
 use super::ReadOptions;
+use super::budget::Budget;
+use super::format::Source;
 use super::row::excerpt;
 use super::table::{Cells, TableRows};
 use crate::{Error, Result};
@@ -18,21 +19,27 @@ const HEADER_BYTES: usize = 16;
 /// Formats in formats, and columns of one topic, at most.
 const DEPTH_MAX: usize = 8;
 const FIELDS_MAX: usize = 4096;
+/// Letters of a field's whole name.
+const NAME_BYTES_MAX: usize = 1024;
+/// Steps to lay out one format: arrays of nothing in arrays of nothing need no room, but time.
+const STEPS_MAX: usize = 100_000;
 
 /// The rows of a file that begins like one.
 ///
 /// # Errors
 /// The file is damaged; y is not named; a topic or field is not there.
-pub(super) fn open(mut source: impl Read, options: &ReadOptions) -> Result<TableRows> {
-    let mut bytes = Vec::new();
-    source.read_to_end(&mut bytes).map_err(|e| Error::new(format!("can't be read: {e}")))?;
-    let log = Log::parse(&bytes)?;
+pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
+    let budget = source.budget.clone();
+    let bytes = source.bytes()?;
+    let log = Log::parse(&bytes, &budget)?;
     let map = &options.columns;
     let y = log.signal(&map.y)?;
     let base = y.topic;
-    let stamps = log.stamps(base);
+    let stamps = log.stamps(base)?;
     let mut notes = Vec::new();
-    let mut names: Vec<&str> = vec![&map.r, &map.y, &map.u];
+    let has_r = !map.r.is_empty() && (map.is_named[1] || log.signal(&map.r).is_ok());
+    let mut names: Vec<&str> = if has_r { vec![&map.r] } else { Vec::new() };
+    names.extend([map.y.as_str(), map.u.as_str()]);
     names.extend(options.when.iter().map(|when| when.column.as_str()));
     names.extend(options.extra.iter().map(String::as_str));
     names.extend(map.t.as_deref().filter(|_| map.is_named[0]));
@@ -42,11 +49,12 @@ pub(super) fn open(mut source: impl Read, options: &ReadOptions) -> Result<Table
             continue;
         }
         let signal = log.signal(name)?;
-        let values = log.values(&signal);
+        let values = log.values(&signal)?;
         if signal.topic == base {
             columns.push((name.to_owned(), Cells::Double(values)));
         } else {
-            columns.push((name.to_owned(), Cells::Double(held(&stamps, &log.stamps(signal.topic), &values))));
+            columns
+                .push((name.to_owned(), Cells::Double(held(&stamps, &log.stamps(signal.topic)?, &values))));
             notes.push(format!("'{name}' holds its last value before each '{}'", map.y));
         }
     }
@@ -56,6 +64,7 @@ pub(super) fn open(mut source: impl Read, options: &ReadOptions) -> Result<Table
         let first = stamps.first().copied().unwrap_or(0);
         let seconds = stamps.iter().map(|t| t.saturating_sub(first) as f64 / 1e6).collect();
         options.columns.t = Some("t".into());
+        budget.take(stamps.len() as u64 * 8)?;
         columns.push(("t".into(), Cells::Double(seconds)));
         notes.push(format!("t counts from {} s after the start of the system", first as f64 / 1e6));
     }
@@ -63,7 +72,7 @@ pub(super) fn open(mut source: impl Read, options: &ReadOptions) -> Result<Table
 }
 
 /// The last value before each stamp, or at it; missing before the first.
-fn held(stamps: &[u64], others: &[u64], values: &[f64]) -> Vec<f64> {
+pub(super) fn held(stamps: &[u64], others: &[u64], values: &[f64]) -> Vec<f64> {
     let mut pairs = others.iter().zip(values).peekable();
     let mut last = f64::NAN;
     stamps
@@ -121,14 +130,14 @@ struct Signal {
 
 struct Topic<'a> {
     name: String,
-    fields: Vec<Field>,
+    /// Laid out only when a field is asked for.
+    format: String,
     data: Vec<&'a [u8]>,
 }
 
 /// What the messages so far have declared.
 #[derive(Default)]
 struct Known {
-    formats: HashMap<String, String>,
     /// Places in [`Log::topics`] by the id in data messages.
     topics: HashMap<u16, usize>,
 }
@@ -136,12 +145,14 @@ struct Known {
 /// What is read of a file.
 struct Log<'a> {
     topics: Vec<Topic<'a>>,
+    formats: HashMap<String, String>,
+    budget: &'a Budget,
 }
 
 impl<'a> Log<'a> {
-    fn parse(bytes: &'a [u8]) -> Result<Self> {
+    fn parse(bytes: &'a [u8], budget: &'a Budget) -> Result<Self> {
         let body = bytes.get(HEADER_BYTES..).ok_or_else(|| damaged("it ends in its header"))?;
-        let mut log = Self { topics: Vec::new() };
+        let mut log = Self { topics: Vec::new(), formats: HashMap::new(), budget };
         let mut known = Known::default();
         // Data appended after a crash begin at a stated place, whatever was cut off before it.
         let appended = appended_at(body).filter(|at| *at > 0).and_then(|at| body.split_at_checked(at));
@@ -167,19 +178,24 @@ impl<'a> Log<'a> {
                     let text = String::from_utf8_lossy(payload);
                     let (name, fields) =
                         text.split_once(':').ok_or_else(|| damaged("a format without a name"))?;
-                    known.formats.insert(name.to_owned(), fields.to_owned());
+                    self.budget.take((2 * size_of::<String>() + text.len()) as u64)?;
+                    self.formats.insert(name.to_owned(), fields.to_owned());
                 }
                 b'A' => {
-                    if let Some((id, topic)) = subscription(payload, &known.formats)? {
+                    if let Some((id, topic)) = subscription(payload) {
+                        if !self.formats.contains_key(&topic.format) {
+                            return Err(missing_format(&topic.format));
+                        }
                         known.topics.insert(id, self.topics.len());
-                        self.topics.push(topic);
+                        self.budget.take(2 * topic.name.len() as u64)?;
+                        self.budget.push(&mut self.topics, topic)?;
                     }
                 }
                 b'D' => {
                     let Some((id, data)) = payload.split_at_checked(2) else { continue };
                     let topic = known.topics.get(&u16::from_le_bytes([id[0], id[1]]));
                     if let Some(topic) = topic.and_then(|index| self.topics.get_mut(*index)) {
-                        topic.data.push(data);
+                        self.budget.push(&mut topic.data, data)?;
                     }
                 }
                 _ => {}
@@ -192,7 +208,7 @@ impl<'a> Log<'a> {
     fn signal(&self, name: &str) -> Result<Signal> {
         let (topic, field) = name.split_once('.').ok_or_else(|| self.unnamed(name))?;
         let index = self.topics.iter().position(|t| t.name == topic).ok_or_else(|| self.unnamed(name))?;
-        let fields = self.topics.get(index).map_or(&[][..], |t| t.fields.as_slice());
+        let fields = self.fields(index)?;
         match fields.iter().find(|f| f.name == field) {
             Some(field) => Ok(Signal { topic: index, field: field.clone() }),
             None => {
@@ -211,20 +227,32 @@ impl<'a> Log<'a> {
         ))
     }
 
-    fn values(&self, signal: &Signal) -> Vec<f64> {
+    /// The fields of a topic.
+    fn fields(&self, topic: usize) -> Result<Vec<Field>> {
+        let mut layout = Layout { formats: &self.formats, fields: Vec::new(), steps: 0 };
+        if let Some(topic) = self.topics.get(topic) {
+            layout.add(&topic.format, "", 0, 0)?;
+        }
+        Ok(layout.fields)
+    }
+
+    fn values(&self, signal: &Signal) -> Result<Vec<f64>> {
         let (_, size, read) = SCALARS[signal.field.scalar];
         let at = signal.field.offset;
         let value = |data: &&[u8]| data.get(at..at + size).and_then(read).unwrap_or(f64::NAN);
-        self.topics.get(signal.topic).map_or_else(Vec::new, |topic| topic.data.iter().map(value).collect())
+        let Some(topic) = self.topics.get(signal.topic) else { return Ok(Vec::new()) };
+        self.budget.take(topic.data.len() as u64 * 8)?;
+        Ok(topic.data.iter().map(value).collect())
     }
 
     /// The time stamps of a topic, microseconds: its first field, or the one of that name.
-    fn stamps(&self, topic: usize) -> Vec<u64> {
-        let Some(topic) = self.topics.get(topic) else { return Vec::new() };
-        let at = topic.fields.iter().find(|f| f.name == "timestamp").map_or(0, |f| f.offset);
+    fn stamps(&self, topic: usize) -> Result<Vec<u64>> {
+        let at = self.fields(topic)?.iter().find(|f| f.name == "timestamp").map_or(0, |f| f.offset);
+        let Some(topic) = self.topics.get(topic) else { return Ok(Vec::new()) };
+        self.budget.take(topic.data.len() as u64 * 8)?;
         let stamp =
             |data: &&[u8]| data.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
-        topic.data.iter().map(stamp).collect()
+        Ok(topic.data.iter().map(stamp).collect())
     }
 }
 
@@ -246,56 +274,63 @@ fn appended_at(body: &[u8]) -> Option<usize> {
     usize::try_from(at).ok()?.checked_sub(HEADER_BYTES).filter(|_| is_appended)
 }
 
-fn subscription<'a>(payload: &[u8], formats: &HashMap<String, String>) -> Result<Option<(u16, Topic<'a>)>> {
-    let Some((&[instance, low, high], name)) = payload.split_first_chunk::<3>() else { return Ok(None) };
-    let name = String::from_utf8_lossy(name).into_owned();
-    let mut fields = Vec::new();
-    lay_out(&name, "", formats, &mut fields, 0, 0)?;
-    let name = if instance == 0 { name } else { format!("{name}[{instance}]") };
-    Ok(Some((u16::from_le_bytes([low, high]), Topic { name, fields, data: Vec::new() })))
+fn subscription<'a>(payload: &[u8]) -> Option<(u16, Topic<'a>)> {
+    let (&[instance, low, high], name) = payload.split_first_chunk::<3>()?;
+    let format = String::from_utf8_lossy(name).into_owned();
+    let name = if instance == 0 { format.clone() } else { format!("{format}[{instance}]") };
+    Some((u16::from_le_bytes([low, high]), Topic { name, format, data: Vec::new() }))
 }
 
-/// Adds the fields of a format from this offset on; gives the offset behind them.
-fn lay_out(
-    format: &str,
-    prefix: &str,
-    formats: &HashMap<String, String>,
-    fields: &mut Vec<Field>,
-    mut offset: usize,
-    depth: usize,
-) -> Result<usize> {
-    let text = formats
-        .get(format)
-        .ok_or_else(|| damaged(&format!("the format '{}' is missing", excerpt(format))))?;
-    if depth > DEPTH_MAX {
-        return Err(damaged("formats within formats without end"));
-    }
-    for field in text.split(';').filter(|field| !field.is_empty()) {
-        let (kind, name) = field.split_once(' ').ok_or_else(|| damaged("a field without a name"))?;
-        let (kind, count) = match kind.split_once('[') {
-            Some((kind, count)) => {
-                let count = count.trim_end_matches(']').parse::<usize>();
-                (kind, Some(count.map_err(|_| damaged("an array without a length"))?))
+fn missing_format(format: &str) -> Error {
+    damaged(&format!("the format '{}' is missing", excerpt(format)))
+}
+
+/// The fields of a format, one behind the other.
+struct Layout<'a> {
+    formats: &'a HashMap<String, String>,
+    fields: Vec<Field>,
+    steps: usize,
+}
+
+impl Layout<'_> {
+    /// Adds the fields of a format from this offset on; gives the offset behind them.
+    fn add(&mut self, format: &str, prefix: &str, mut offset: usize, depth: usize) -> Result<usize> {
+        let text = self.formats.get(format).ok_or_else(|| missing_format(format))?;
+        if depth > DEPTH_MAX {
+            return Err(damaged("formats within formats without end"));
+        }
+        for field in text.split(';').filter(|field| !field.is_empty()) {
+            let (kind, name) = field.split_once(' ').ok_or_else(|| damaged("a field without a name"))?;
+            if prefix.len() + name.len() > NAME_BYTES_MAX {
+                return Err(damaged("a field's name of more than 1024 letters"));
             }
-            None => (kind, None),
-        };
-        let scalar = SCALARS.iter().position(|(name, _, _)| *name == kind);
-        for index in 0..count.unwrap_or(1) {
-            if fields.len() > FIELDS_MAX || offset > usize::from(u16::MAX) {
-                return Err(damaged("a format longer than a message"));
-            }
-            let place = if count.is_some() { format!("[{index}]") } else { String::new() };
-            let name = format!("{prefix}{name}{place}");
-            match scalar {
-                Some(scalar) => {
-                    if !name.starts_with("_padding") {
-                        fields.push(Field { name, offset, scalar });
-                    }
-                    offset += SCALARS[scalar].1;
+            let (kind, count) = match kind.split_once('[') {
+                Some((kind, count)) => {
+                    let count = count.trim_end_matches(']').parse::<usize>();
+                    (kind, Some(count.map_err(|_| damaged("an array without a length"))?))
                 }
-                None => offset = lay_out(kind, &format!("{name}."), formats, fields, offset, depth + 1)?,
+                None => (kind, None),
+            };
+            let scalar = SCALARS.iter().position(|(name, _, _)| *name == kind);
+            for index in 0..count.unwrap_or(1) {
+                self.steps += 1;
+                let is_too_long = self.fields.len() > FIELDS_MAX || offset > usize::from(u16::MAX);
+                if is_too_long || self.steps > STEPS_MAX {
+                    return Err(damaged("a format longer than a message"));
+                }
+                let place = if count.is_some() { format!("[{index}]") } else { String::new() };
+                let name = format!("{prefix}{name}{place}");
+                match scalar {
+                    Some(scalar) => {
+                        if !name.starts_with("_padding") {
+                            self.fields.push(Field { name, offset, scalar });
+                        }
+                        offset += SCALARS[scalar].1;
+                    }
+                    None => offset = self.add(kind, &format!("{name}."), offset, depth + 1)?,
+                }
             }
         }
+        Ok(offset)
     }
-    Ok(offset)
 }

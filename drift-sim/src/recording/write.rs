@@ -12,26 +12,44 @@ use crate::{Error, Result};
 /// # Errors
 /// Columns of unequal length, or the file can't be written.
 pub fn write_csv(path: &Path, columns: &[(&str, &[f64])]) -> Result<()> {
+    let rows = equal_length(columns)?;
+    output::write_with(path, |out| write_rows(out, columns, rows))
+}
+
+/// The bytes that [`write_csv`] would write.
+///
+/// # Errors
+/// Columns of unequal length.
+pub fn csv_bytes(columns: &[(&str, &[f64])]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_rows(&mut bytes, columns, equal_length(columns)?)
+        .map_err(|e| Error::new(format!("the recording can't be written: {e}")))?;
+    Ok(bytes)
+}
+
+fn equal_length(columns: &[(&str, &[f64])]) -> Result<usize> {
     let rows = columns.first().map_or(0, |(_, values)| values.len());
-    if let Some((name, values)) = columns.iter().find(|(_, values)| values.len() != rows) {
-        return Err(
-            Error::new(format!("column '{name}' has {} rows", values.len())).allowed(rows.to_string())
-        );
-    }
-    output::write_with(path, |out| {
-        write_header(out, columns.iter().map(|(name, _)| *name))?;
-        for row in 0..rows {
-            let cells = columns.iter().filter_map(|(_, values)| values.get(row));
-            for (i, value) in cells.enumerate() {
-                if i > 0 {
-                    out.write_all(b",")?;
-                }
-                write_number(out, *value)?;
-            }
-            out.write_all(b"\n")?;
+    match columns.iter().find(|(_, values)| values.len() != rows) {
+        Some((name, values)) => {
+            Err(Error::new(format!("column '{name}' has {} rows", values.len())).allowed(rows.to_string()))
         }
-        Ok(())
-    })
+        None => Ok(rows),
+    }
+}
+
+fn write_rows(out: &mut dyn Write, columns: &[(&str, &[f64])], rows: usize) -> io::Result<()> {
+    write_header(out, columns.iter().map(|(name, _)| *name))?;
+    for row in 0..rows {
+        let cells = columns.iter().filter_map(|(_, values)| values.get(row));
+        for (i, value) in cells.enumerate() {
+            if i > 0 {
+                out.write_all(b",")?;
+            }
+            write_number(out, *value)?;
+        }
+        out.write_all(b"\n")?;
+    }
+    Ok(())
 }
 
 impl Recording {

@@ -1,15 +1,20 @@
-"""Writes the recordings of this folder with each format's own tools; run by hand: python3 make.py
+"""Writes the recordings of this folder with each format's own tools: python3 make.py; .ci/formats installs them and runs it.
 
-Made with Python 3.11, numpy 2, scipy 1.17.1, pyarrow 26.0.1. The signals are formulas that recording_formats.rs repeats.
+Made with Python 3.11, numpy 2, scipy 1.17.1, pyarrow 26.0.1, h5py 3, mcap 1, mcap-ros2-support 0.5. The signals are formulas that recording_formats.rs repeats.
 """
 
 import gzip
+import json
 import struct
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from mcap.writer import CompressionType
+from mcap.writer import Writer as JsonWriter
+from mcap_ros2.writer import Writer as Ros2Writer
 from scipy.io import savemat
 
 HERE = Path(__file__).parent
@@ -42,6 +47,59 @@ def matlab():
     for i, (values, label) in enumerate([(r, "r"), (y, "y"), (u, "u")]):
         signals[i] = (values.reshape(-1, 1), label)
     savemat(HERE / "simulink.mat", {"out": {"time": t, "signals": signals}, "m": np.column_stack([t, r, y, u])})
+
+
+def matlab_old():
+    own = {"t": t, "r": r, "y": y, "u": u}
+    savemat(HERE / "vectors_v4.mat", {**own, "name": "loop"}, format="4")
+
+
+def matlab_hdf5():
+    # As MATLAB's -v7.3 lays them out: a user block of 512 bytes, vectors and matrices as their transposes, a class on each.
+    with h5py.File(HERE / "vectors_v73.mat", "w", userblock_size=512) as f:
+        def put(group, name, values, kind="double"):
+            made = group.create_dataset(name, data=values, **({"compression": "gzip", "chunks": True} if values.size > 9 else {}))
+            made.attrs["MATLAB_class"] = np.bytes_(kind)
+            return made
+        log = f.create_group("log")
+        log.attrs["MATLAB_class"] = np.bytes_("struct")
+        for name, values, kind in [("time", t, "double"), ("SP", r.astype(np.int16), "int16"), ("PV", y, "double"), ("OP", u, "double")]:
+            put(log, name, values.reshape(1, -1), kind)
+        put(f, "m", np.column_stack([t, r, y, u]).T)
+        put(f, "gain", np.array([[3.0]]))
+        put(f, "name", np.frombuffer("loop".encode("utf-16-le"), np.uint16).reshape(-1, 1), "char").attrs["MATLAB_int_decode"] = 2
+        table = put(f, "T", np.zeros((1, 6), np.uint32), "table")
+        table.attrs["MATLAB_object_decode"] = 3
+    with open(HERE / "vectors_v73.mat", "r+b") as f:
+        f.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
+    # As h5py users write them.
+    with h5py.File(HERE / "plain.h5", "w") as f:
+        f["loop/t"], f["loop/r"], f["loop/y"], f["loop/u"] = t, r, y.astype(">f8"), u
+        f["data"] = np.column_stack([t, r, y, u])
+
+
+def mcap():
+    text = "bool on\nfloat64 y\nfloat64[] pair"
+    with open(HERE / "bag.mcap", "wb") as out:
+        writer = Ros2Writer(out)
+        sensor = writer.register_msgdef("demo/msg/Sensor", text)
+        number = writer.register_msgdef("std_msgs/msg/Float64", "float64 data")
+        for i in range(120):
+            now = 5_000_000_000 + i * 100_000_000
+            if i % 40 == 0:
+                writer.write_message("/wanted", number, {"data": float(r[i])}, now - 2_000_000)
+            writer.write_message("/control", number, {"data": float(u[i])}, now - 1_000_000)
+            writer.write_message("/sensor", sensor, {"on": bool(i >= 10), "y": float(y[i]), "pair": [float(y[i]), 3.0]}, now)
+        writer.finish()
+    with open(HERE / "json.mcap", "wb") as out:
+        writer = JsonWriter(out, compression=CompressionType.LZ4)
+        writer.start()
+        schema = writer.register_schema("loop", "jsonschema", json.dumps({"type": "object"}).encode())
+        channel = writer.register_channel("/loop", "json", schema)
+        for i in range(120):
+            line = {"sp": float(r[i]), "pv": float(y[i]), "drive": {"op": float(u[i])}}
+            writer.add_message(channel, i * 100_000_000, json.dumps(line).encode(), i * 100_000_000)
+        writer.finish()
 
 
 def parquet():
@@ -89,5 +147,8 @@ def ulog():
 
 csv()
 matlab()
+matlab_old()
+matlab_hdf5()
+mcap()
 parquet()
 ulog()

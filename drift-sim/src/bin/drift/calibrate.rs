@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use drift_core::Index;
 use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
+use drift_sim::output::Outputs;
 use drift_sim::{Error, Result, output, report};
 
 use crate::progress::Progress;
@@ -26,10 +27,10 @@ pub struct Arguments {
     #[arg(short, long, value_name = "BASELINE.toml")]
     output: PathBuf,
     /// Window in seconds; by default 20 correlation times of the loop
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     window: Option<f64>,
     /// From one decision to the next in seconds; by default the window
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     hop: Option<f64>,
     /// Error index of the energy_error channel
     #[arg(long, value_enum, default_value_t = IndexName::Iae)]
@@ -113,15 +114,28 @@ enum Detector {
     Sprt,
 }
 
+/// Longer than any recording: 30 years.
+const LONGEST_S: f64 = 1e9;
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s: &f64| s.abs() <= LONGEST_S);
+    seconds.ok_or_else(|| format!("a number of seconds above 0, up to {LONGEST_S:e}"))
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let options = options(arguments)?;
     let Arguments { output: baseline, rust, c, json, report: page, .. } = arguments;
-    let outputs = [Some(baseline), rust.as_ref(), c.as_ref(), json.as_ref(), page.as_ref()];
-    let to_standard = outputs.iter().flatten().filter(|path| path.as_path() == Path::new("-")).count();
-    if to_standard > 1 {
-        return Err(Error::new("two outputs are '-'").allowed("one at most"));
-    }
+    let named = [
+        ("--output", Some(baseline.as_path())),
+        ("--rust", rust.as_deref()),
+        ("--c", c.as_deref()),
+        ("--json", json.as_deref()),
+        ("--report", page.as_deref()),
+    ];
+    let inputs: Vec<&Path> = arguments.recordings.iter().map(PathBuf::as_path).collect();
+    let mut outputs = Outputs::checked(&named, &inputs)?;
+    let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let progress = Progress::of_unknown("calibrating");
     let read = |path: &PathBuf| arguments.recording.read(path, Vec::new());
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
@@ -133,23 +147,24 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         })?;
     drop(progress);
     let file = &calibration.file;
-    output::write_text(&arguments.output, &file.to_toml())?;
+    outputs.write_text(&arguments.output, &file.to_toml())?;
     if let Some(path) = &arguments.rust {
-        output::write_text(path, &file.to_rust_const())?;
+        outputs.write_text(path, &file.to_rust_const())?;
     }
     if let Some(path) = &arguments.c {
-        output::write_text(path, &file.to_c_initialiser())?;
+        outputs.write_text(path, &file.to_c_initialiser())?;
     }
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&calibration.to_json())
             .map_err(|e| Error::new(format!("JSON can't be written: {e}")))?;
-        output::write_text(path, &format!("{text}\n"))?;
+        outputs.write_text(path, &format!("{text}\n"))?;
     }
     if let (Some(path), Some(first)) = (page, recordings.first()) {
         let command = report::command_line(std::env::args_os());
-        calibration.page(&signals, &first.columns, command).write(path)?;
+        outputs.write_text(path, &calibration.page(&signals, &first.columns, command).to_html()?)?;
     }
-    if to_standard == 0 {
+    outputs.commit()?;
+    if !to_standard {
         output::write_text(Path::new("-"), &calibration.to_text())?;
     }
     Ok(ExitCode::SUCCESS)

@@ -2,6 +2,7 @@
 //! r and y, and the effort channel finds it.
 
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -9,12 +10,13 @@ use clap::Args;
 use drift_sim::calibrate::{Options, Signals, calibrate};
 use drift_sim::control_loop::Loop;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, page, screen, watch};
+use drift_sim::output::{self, Outputs as Files};
 use drift_sim::physics::Term;
 use drift_sim::plot::terminal::Signs;
-use drift_sim::recording::{ReadOptions, RecordingStream, uniform_times_s, write_csv};
+use drift_sim::recording::{ReadOptions, RecordingStream, csv_bytes, uniform_times_s};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Start, Trace, simulate};
-use drift_sim::{Error, Result, output, report};
+use drift_sim::{Error, Result, report};
 
 const OVEN: &str = include_str!("../../../../examples/loops/oven.toml");
 const HOUR_S: f64 = 3600.0;
@@ -52,7 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let [recording, baseline_path, picture, report_path] =
         ["recording.csv", "baseline.toml", "demo.svg", "report.html"].map(|name| folder.join(name));
     let t = uniform_times_s(0.0, oven.sample_time_s, r.len());
-    write_csv(&recording, &[("t", &t), ("r", &r), ("y", &run.y), ("u", &run.u)])?;
+    let csv = csv_bytes(&[("t", &t), ("r", &r), ("y", &run.y), ("u", &run.u)])?;
+    let mut files = Files::default();
+    files.write_with(&recording, |out| out.write_all(&csv))?;
 
     let signals = Signals {
         name: "three healthy weeks",
@@ -65,19 +69,25 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let options =
         Options { window_s: Some(0.5 * HOUR_S), false_alarm_every_h: 30.0 * 24.0, ..Options::default() };
     let baseline = calibrate(&[signals], &options)?.file;
-    output::write_text(&baseline_path, &baseline.to_toml())?;
+    files.write_text(&baseline_path, &baseline.to_toml())?;
 
     let config = baseline.config()?;
     let mut chart = Chart::new(&config);
-    let mut stream = RecordingStream::open(&recording, &ReadOptions::default())?;
+    let mut stream = RecordingStream::from_reader(
+        &recording.to_string_lossy(),
+        Cursor::new(csv),
+        &ReadOptions::default(),
+    )?;
     let outputs = Outputs { chart: Some(&mut chart), ..Outputs::default() };
     let summary = watch(&mut stream, &config, outputs).map_err(|stopped| match stopped {
         Stopped::Input(error) => error,
         Stopped::Writing(error) => Error::new(format!("can't be written: {error}")),
     })?;
-    chart.figure(&summary).write_svg(&picture)?;
+    files.write_text(&picture, &chart.figure(&summary).to_svg()?)?;
     let command = report::command_line(std::env::args_os());
-    page(&summary, &chart, &baseline, stream.columns(), command).write(&report_path)?;
+    files
+        .write_text(&report_path, &page(&summary, &chart, &baseline, stream.columns(), command).to_html()?)?;
+    files.commit()?;
 
     let text = format!(
         "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:\n\

@@ -8,6 +8,7 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, page, report};
+use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames, digits, shown, significant, with_unit};
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
@@ -50,6 +51,14 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
+    let mut inputs: Vec<&Path> = vec![&arguments.recording, &arguments.loop_file];
+    inputs.extend(arguments.holdout.iter().chain(&arguments.healthy).map(PathBuf::as_path));
+    let named = [
+        ("--json", arguments.json.as_deref()),
+        ("--model", arguments.model.as_deref()),
+        ("--report", arguments.report.as_deref()),
+    ];
+    let mut outputs = Outputs::checked(&named, &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
     let inputs = || model.inputs.iter().map(|input| input.column.clone()).collect();
     let read = |path: &Path| Signals::new(&arguments.reading.read(path, inputs())?, &model);
@@ -65,7 +74,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     };
     drop(progress);
     if let Some(path) = &arguments.model {
-        output::write_text(path, &found.improved.to_toml())?;
+        outputs.write_text(path, &found.improved.to_toml())?;
     }
     if let Some(path) = &arguments.report {
         let case = page::Case {
@@ -76,14 +85,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
             holdout_file: arguments.holdout.as_deref(),
             columns: &recording.columns,
         };
-        page::page(&found, &case, command_line(std::env::args_os())).write(path)?;
+        let page = page::page(&found, &case, command_line(std::env::args_os()));
+        outputs.write_text(path, &page.to_html()?)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());
         let text = serde_json::to_string_pretty(&report::json(&found, name.as_deref()))
             .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
-        output::write_text(path, &(text + "\n"))?;
+        outputs.write_text(path, &(text + "\n"))?;
     }
+    outputs.commit()?;
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let shown = holdout.as_ref().unwrap_or(&train);
         let text = screen(&found) + &sparkline::rows(&found, shown, Signs::of_locale());
@@ -156,6 +167,13 @@ fn physics(named: &Named, units: &UnitNames) -> String {
     text
 }
 
+/// A fit below this follows nothing; how far below says nothing more.
+const NO_FIT_PCT: f64 = -1000.0;
+
+fn percent(value: f64, decimals: usize) -> String {
+    if value < NO_FIT_PCT { format!("below {NO_FIT_PCT}") } else { format!("{value:.decimals$}") }
+}
+
 /// How well the simulated loop fits: unseen data, or, where nothing was held out, what all was fitted to.
 fn fits(found: &Diagnosis) -> String {
     let (what, fits) = match found.holdout.nominal.or(found.holdout.after) {
@@ -171,8 +189,8 @@ fn fits(found: &Diagnosis) -> String {
     let mut text = format!("  {what:25} {:>10} {:>10}\n", "y", "u");
     for (name, fit) in rows {
         if let Some(fit) = fit {
-            let u = fit.u_pct.map_or(String::from("-"), |u| format!("{u:.2}"));
-            text += &format!("    {name:20} {:>13.3} {u:>10}\n", fit.y_pct);
+            let u = fit.u_pct.map_or(String::from("-"), |u| percent(u, 2));
+            text += &format!("    {name:20} {:>13} {u:>10}\n", percent(fit.y_pct, 3));
         }
     }
     if let Some(period) = found.cycle_s {
@@ -182,4 +200,16 @@ fn fits(found: &Diagnosis) -> String {
         text += &format!("    the physics improves it by {low:.2} to {high:.2} points (95 %)\n");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_that_follows_nothing_is_no_number_of_thirty_digits() {
+        assert_eq!(percent(-5.720_106_733_719_835e30, 3), "below -1000");
+        assert_eq!(percent(f64::NEG_INFINITY, 3), "below -1000");
+        assert_eq!(percent(99.98765, 2), "99.99");
+    }
 }

@@ -7,6 +7,7 @@ mod demo;
 mod design;
 mod diagnose;
 mod init;
+mod look;
 mod man;
 mod monitor;
 mod paper;
@@ -25,6 +26,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 #[command(after_help = "\
 Examples:
   drift demo
+  drift look recording.csv
   drift init recording.csv -o loop.toml
   drift diagnose recording.csv --loop loop.toml --report page.html
   drift calibrate healthy.csv -o baseline.toml
@@ -42,6 +44,7 @@ enum Command {
     Monitor(monitor::Arguments),
     Design(design::Arguments),
     Init(init::Arguments),
+    Look(look::Arguments),
     Diagnose(diagnose::Arguments),
     Paper(paper::Arguments),
     Completions(completions::Arguments),
@@ -50,6 +53,7 @@ enum Command {
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
+    leave_nothing_unfinished();
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
         Command::Demo(arguments) => demo::run(&arguments),
@@ -57,6 +61,7 @@ fn main() -> ExitCode {
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Look(arguments) => look::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
         Command::Man(arguments) => man::run(&arguments, Arguments::command()),
         Command::Paper(arguments) => paper::run(&arguments),
@@ -71,6 +76,31 @@ fn main() -> ExitCode {
         }
     }
 }
+
+/// Ctrl-C, and the request to end, remove what is half written. A hang-up is left to the shell: `nohup` ignores it.
+#[cfg(unix)]
+fn leave_nothing_unfinished() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    std::thread::spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            drift_sim::output::remove_unfinished();
+            std::process::exit(128 + signal);
+        }
+    });
+}
+
+/// Ctrl-C removes what is half written.
+#[cfg(windows)]
+fn leave_nothing_unfinished() {
+    let _ = ctrlc::set_handler(|| {
+        drift_sim::output::remove_unfinished();
+        std::process::exit(130);
+    });
+}
+
+#[cfg(not(any(unix, windows)))]
+fn leave_nothing_unfinished() {}
 
 #[cfg(test)]
 mod tests {

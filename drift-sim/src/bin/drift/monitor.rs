@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use drift_core::Config;
 use drift_sim::baseline_file::BaselineFile;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, page, screen, watch};
+use drift_sim::output::Outputs as Files;
 use drift_sim::plot::terminal::Signs;
 use drift_sim::recording::RecordingStream;
 use drift_sim::{Error, Result, output, report};
@@ -65,27 +66,31 @@ impl From<Level> for FailOn {
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
-    let outputs = [&arguments.json, &arguments.plot, &arguments.report];
-    let to_standard = outputs.iter().filter(|path| path.as_deref() == Some(Path::new("-"))).count();
-    if to_standard > 1 {
-        return Err(Error::new("two of --json, --plot and --report are '-'").allowed("one at most"));
-    }
+    let named = [
+        ("--json", arguments.json.as_deref()),
+        ("--plot", arguments.plot.as_deref()),
+        ("--report", arguments.report.as_deref()),
+    ];
+    let mut files = Files::checked(&named, &[&arguments.recording, &arguments.baseline])?;
+    let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
     let mut stream = arguments.reading.open(&arguments.recording)?;
     let mut chart = Chart::new(&config);
-    let Some(summary) = watch_all(&mut stream, &config, &mut chart, arguments.json.as_deref())? else {
+    let Some(summary) = watch_all(&mut stream, &config, &mut chart, arguments.json.as_deref(), &mut files)?
+    else {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(path) = &arguments.plot {
-        chart.figure(&summary).write_svg(path)?;
+        files.write_text(path, &chart.figure(&summary).to_svg().map_err(|e| e.in_file(path))?)?;
     }
     if let Some(path) = &arguments.report {
-        page(&summary, &chart, &baseline, stream.columns(), report::command_line(std::env::args_os()))
-            .write(path)?;
+        let command = report::command_line(std::env::args_os());
+        files.write_text(path, &page(&summary, &chart, &baseline, stream.columns(), command).to_html()?)?;
     }
-    if to_standard == 0 {
+    files.commit()?;
+    if !to_standard {
         let text = screen(&summary, baseline.promise.as_ref()) + &chart.rows(&summary, Signs::of_locale());
         output::write_text(Path::new("-"), &text)?;
     }
@@ -99,6 +104,7 @@ fn watch_all(
     config: &Config<f32, 3>,
     chart: &mut Chart,
     json: Option<&Path>,
+    files: &mut Files,
 ) -> Result<Option<Summary>> {
     let bar = Progress::of_bytes("monitoring", stream.size_bytes());
     let progress = |bytes: u64| bar.at(bytes);
@@ -110,7 +116,7 @@ fn watch_all(
     };
     // Of a run that fails, no line is left; its own error says more than that the writing was broken off.
     let mut ended = None;
-    let written = output::write_with(path, |out| {
+    let written = files.write_with(path, |out| {
         let outputs = Outputs { json: Some(out), chart, progress: Some(&progress) };
         match watch(stream, config, outputs) {
             Ok(summary) => {

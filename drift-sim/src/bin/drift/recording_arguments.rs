@@ -4,14 +4,17 @@ use std::path::Path;
 
 use clap::Args;
 use drift_sim::Result;
-use drift_sim::recording::{ColumnMap, ReadOptions, Recording, RecordingStream, When};
+use drift_sim::recording::{
+    ColumnMap, DateOrder, Overview, ReadOptions, Recording, RecordingStream, Repeated, When,
+};
 
 /// How recordings are read.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Reading recordings")]
 pub struct RecordingArguments {
     /// Columns of the signals where they are not called t, r, y, u, nor SP, PV, OP and the like, which are guessed;
-    /// variables of a .mat, topic.field of a .ulg; `t=` ignores the time stamps
+    /// variables of a .mat, topic.field of a .ulg, numbers of columns without a header; `t=Date+Time` puts two columns
+    /// together, `t=` ignores the time stamps, `r=` says that r is not recorded
     #[arg(long, value_name = "t=time,r=SP,y=PV,u=OP")]
     columns: Option<ColumnMap>,
     /// Sample time in seconds where there are no time stamps
@@ -20,9 +23,19 @@ pub struct RecordingArguments {
     /// Put unequally sampled rows on a grid of DT seconds: y interpolated, r and u held
     #[arg(long, value_name = "DT", value_parser = seconds, allow_negative_numbers = true)]
     resample: Option<f64>,
-    /// Where the loop is closed, like occupied=1 or mode=AUTO; elsewhere samples count as manual. Can be repeated
+    /// Where the loop is closed, like occupied=1 or mode=AUTO; elsewhere samples count as manual. Can be repeated. Without
+    /// it columns called MODE, AUTO, QUALITY and the like say it; `always` counts every row
     #[arg(long, value_name = "COLUMN=VALUE")]
     when: Vec<When>,
+    /// Rows that repeat a time stamp with other values: refuse, or take the first, the last or their mean
+    #[arg(long, value_name = "HOW", default_value = "refuse")]
+    repeated: Repeated,
+    /// How dates like 5/1/2024 are meant, where the recording leaves it open: day-first or month-first
+    #[arg(long, value_name = "ORDER")]
+    dates: Option<DateOrder>,
+    /// What reading one recording may take, like 500M or 8G; 2G by default
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    memory_limit: Option<u64>,
 }
 
 impl RecordingArguments {
@@ -40,6 +53,11 @@ impl RecordingArguments {
         Ok(stream)
     }
 
+    /// Looks at a recording as it is.
+    pub fn look(&self, path: &Path) -> Result<Overview> {
+        Overview::read(path, &self.read_options())
+    }
+
     /// The library's options, with no further columns asked for.
     fn read_options(&self) -> ReadOptions {
         ReadOptions {
@@ -47,6 +65,9 @@ impl RecordingArguments {
             sample_time_s: self.sample_time,
             resample_s: self.resample,
             when: self.when.clone(),
+            repeated: self.repeated,
+            date_order: self.dates,
+            memory_limit_bytes: self.memory_limit,
             ..ReadOptions::default()
         }
     }
@@ -66,6 +87,19 @@ fn seconds(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
+fn bytes(text: &str) -> std::result::Result<u64, String> {
+    let lower = text.trim().to_lowercase();
+    let number = lower.trim_end_matches("ib").trim_end_matches('b').trim_end_matches(['k', 'm', 'g']);
+    let shift = match lower.get(number.len()..).unwrap_or_default().chars().next() {
+        Some('k') => 10,
+        Some('m') => 20,
+        Some('g') => 30,
+        _ => 0,
+    };
+    let bytes = number.parse::<u64>().ok().and_then(|number| number.checked_mul(1 << shift));
+    bytes.filter(|bytes| *bytes > 0).ok_or_else(|| "a number of bytes, like 500M or 8G".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -83,6 +117,14 @@ mod tests {
         let options = Command::parse_from(line).recording.read_options();
         assert_eq!((options.columns.y.as_str(), options.resample_s), ("PV", Some(0.01)));
         assert_eq!(options.when.len(), 2);
+        let limit = |text: &str| {
+            let line = Command::try_parse_from(["x", "--memory-limit", text]);
+            line.ok().and_then(|command| command.recording.read_options().memory_limit_bytes)
+        };
+        assert_eq!(limit("8G"), Some(8 << 30));
+        assert_eq!(limit("500MiB"), Some(500 << 20));
+        assert_eq!(limit("1000"), Some(1000));
+        assert_eq!((limit("much"), limit("0"), limit("99999999999G")), (None, None, None));
         let refused = Command::try_parse_from(["x", "--sample-time", "-1"]);
         assert!(refused.is_err_and(|e| e.to_string().contains("above 0")));
     }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::controller::Controller;
-use drift_sim::output::write_with;
+use drift_sim::output::Outputs;
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Simulation, Start, diverged};
 use drift_sim::{Error, Result};
@@ -34,7 +34,7 @@ pub struct Arguments {
     #[command(flatten)]
     reading: RecordingArguments,
     /// Length of the run in seconds; by default 10000 samples, or the whole recording.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     duration: Option<f64>,
     /// All noise, and a made reference, follow from this number.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -70,6 +70,9 @@ const MOST_SAMPLES: f64 = 1e9;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let mut inputs: Vec<&Path> = vec![&arguments.loop_file];
+    inputs.extend(arguments.reference.as_deref());
+    let outputs = Outputs::checked(&[("--output", Some(&arguments.output))], &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
     let in_loop_file = |error: Error| error.in_file(&arguments.loop_file);
     let asked = arguments.duration.map(|duration| samples(duration, model.sample_time_s)).transpose()?;
@@ -81,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             .map_err(in_loop_file)?;
         let length = asked.map_or(recorded.r.len(), |asked| asked.min(recorded.r.len()));
         let row = |n: usize| recorded.row(n);
-        return write(arguments, &model, simulation, length, row);
+        return write(arguments, outputs, &model, simulation, length, row);
     }
     if model.controller == Controller::Recorded {
         let error = Error::new("controller kind 'recorded' has no law to close the loop with");
@@ -94,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let Arguments { reference_mean, reference_sd, reference_hold, seed, .. } = *arguments;
     let mut reference = Reference::random(reference_mean, reference_sd, reference_hold, seed);
     let row = |_: usize| Row { r: reference.next().unwrap_or(reference_mean), u: None, inputs: Vec::new() };
-    write(arguments, &model, simulation, asked.unwrap_or(DEFAULT_SAMPLES), row)
+    write(arguments, outputs, &model, simulation, asked.unwrap_or(DEFAULT_SAMPLES), row)
 }
 
 fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
@@ -116,6 +119,7 @@ struct Row {
 
 fn write(
     arguments: &Arguments,
+    mut outputs: Outputs,
     model: &Loop,
     mut simulation: Simulation,
     length: usize,
@@ -123,7 +127,7 @@ fn write(
 ) -> Result<ExitCode> {
     let progress = Progress::of_steps("simulating", length as u64);
     let mut failed = None;
-    let written = write_with(&arguments.output, |out| {
+    let written = outputs.write_with(&arguments.output, |out| {
         write!(out, "t,r,y,u")?;
         for input in &model.inputs {
             write!(out, ",{}", quoted(&input.column))?;
@@ -153,6 +157,7 @@ fn write(
     });
     drop(progress);
     failed.map_or(written, Err)?;
+    outputs.commit()?;
     Ok(ExitCode::SUCCESS)
 }
 

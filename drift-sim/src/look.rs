@@ -1,0 +1,193 @@
+//! A file at a glance, in words and three small charts that fit a terminal of 80 columns, with the command to type next.
+
+use std::fmt::Write;
+
+use crate::plot::terminal::{COLUMNS, Signs, mean, range, row, stretches};
+use crate::recording::{Overview, Span};
+
+/// Columns that are listed by name.
+const NAMES_SHOWN: usize = 12;
+/// Stretches that are listed.
+const SPANS_SHOWN: usize = 3;
+/// Width of what is printed.
+const WIDTH: usize = 80;
+
+/// The screen; `next` is what the user typed behind `drift look`, for the next command.
+pub fn screen(seen: &Overview, next: &str, signs: Signs) -> String {
+    let mut text = String::new();
+    // Writing to a String can't fail.
+    let _ = write_screen(&mut text, seen, next, signs);
+    text
+}
+
+fn write_screen(out: &mut String, seen: &Overview, next: &str, signs: Signs) -> std::fmt::Result {
+    let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
+    let rows = seen.t_s.len();
+    let about = format!("{}, {}, {}", seen.format, counted(rows, "row"), counted(seen.names.len(), "column"));
+    writeln!(out, "{}", printable(&seen.name))?;
+    item(out, "file", &format!("{about}; {} from t = {} s", lasting(last - first), short(first)))?;
+    item(out, "sampling", &sampling(seen))?;
+    if !seen.gaps.is_empty() {
+        let longest = seen.gaps.iter().copied().reduce(|a, b| if b.length_s > a.length_s { b } else { a });
+        let longest = longest.map_or_else(String::new, |gap| {
+            format!(", the longest of {} after t = {} s", lasting(gap.length_s), short(gap.from_s))
+        });
+        item(out, "gaps", &format!("{}{longest}", seen.gaps.len()))?;
+    }
+    item(out, "columns", &columns(seen))?;
+    for note in &seen.notes {
+        item(out, "", note)?;
+    }
+    writeln!(out)?;
+    for (name, values) in [("r", &seen.r), ("y", &seen.y), ("u", &seen.u)] {
+        chart(out, name, values, signs)?;
+    }
+    writeln!(out)?;
+    item(out, "manual", &spans(&seen.manual, rows))?;
+    let (low, high) = range(&seen.u);
+    for (what, value, at) in [("lowest", low, &seen.at_limit[0]), ("highest", high, &seen.at_limit[1])] {
+        if !at.is_empty() {
+            let of = spans(at, rows);
+            item(out, "limit", &format!("u stays at its {what} value, {}: {of}", short(value)))?;
+        }
+    }
+    if let Some(Err(error)) = &seen.sampling {
+        item(out, "but", &error.to_string())?;
+    }
+    writeln!(out, "\nnext: drift init {} -o loop.toml", next_arguments(seen, next))
+}
+
+/// What reads the recording: with a step to resample by where its rows are uneven.
+fn next_arguments(seen: &Overview, typed: &str) -> String {
+    let said = seen.sampling.as_ref().and_then(|sampling| sampling.as_ref().err()).map(ToString::to_string);
+    let flag =
+        said.as_deref().and_then(|said| said.rsplit_once("--resample ")).map(|(_, step)| step.to_owned());
+    match flag {
+        Some(step) => format!("{typed} --resample {step}"),
+        None => typed.to_owned(),
+    }
+}
+
+fn sampling(seen: &Overview) -> String {
+    let mut text = match (&seen.jitter, seen.sampling.as_ref()) {
+        (_, Some(Ok(sample_time_s))) => format!("every {} s, uniform", short(*sample_time_s)),
+        (Some(jitter), _) => format!("about every {} s, not uniform", short(jitter.interval_s)),
+        (None, _) => "no time passes".into(),
+    };
+    if let Some(jitter) = seen.jitter.filter(|jitter| jitter.max_s > 1e-9 * jitter.interval_s) {
+        text += &format!("; jitter {} s rms, {} s at most", short(jitter.rms_s), short(jitter.max_s));
+    }
+    if seen.repeated > 0 {
+        text += &format!("; {} at the time of the one before", counted(seen.repeated as usize, "row"));
+    }
+    text
+}
+
+fn columns(seen: &Overview) -> String {
+    let map = &seen.columns;
+    let of = |letter: &str, name: &str| {
+        if name.is_empty() { format!("no {letter}") } else { format!("{letter} = '{}'", printable(name)) }
+    };
+    let t = map.t.as_deref().unwrap_or_default();
+    let used = [t, &map.r, &map.y, &map.u];
+    let others: Vec<&str> = seen
+        .names
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !used.contains(name) && !name.is_empty())
+        .collect();
+    let mut text = [of("t", t), of("r", &map.r), of("y", &map.y), of("u", &map.u)].join(", ");
+    if !others.is_empty() {
+        let shown: Vec<String> = others.iter().take(NAMES_SHOWN).map(|name| printable(name)).collect();
+        let more = others.len().saturating_sub(NAMES_SHOWN);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        text += &format!("; not used: {}{more}", shown.join(", "));
+    }
+    text
+}
+
+fn chart(out: &mut String, name: &str, values: &[f64], signs: Signs) -> std::fmt::Result {
+    let means = stretches(values, COLUMNS, mean);
+    let (low, high) = range(values);
+    let missing = values.iter().filter(|value| value.is_nan()).count();
+    if missing == values.len() {
+        let taken = if name == "r" {
+            "not recorded: the controller is taken to hold one value"
+        } else {
+            "not recorded"
+        };
+        return item(out, name, taken);
+    }
+    let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
+    writeln!(
+        out,
+        "{name:<9} {}  {} .. {}{missing}",
+        row(&means, range(&means), signs),
+        short(low),
+        short(high)
+    )
+}
+
+fn spans(spans: &[Span], rows: usize) -> String {
+    if spans.is_empty() {
+        return "no stretch".into();
+    }
+    let count: usize = spans.iter().map(|span| span.rows).sum();
+    let mut longest = spans.to_vec();
+    longest.sort_by_key(|span| std::cmp::Reverse(span.rows));
+    longest.truncate(SPANS_SHOWN);
+    let list: Vec<String> =
+        longest.iter().map(|span| format!("{} to {} s", short(span.from_s), short(span.to_s))).collect();
+    let more = if spans.len() > SPANS_SHOWN { ", the longest" } else { "" };
+    let share = 100.0 * count as f64 / rows as f64;
+    format!("{} % of the rows, {}{more} {}", short(share), counted(spans.len(), "stretch"), list.join(", "))
+}
+
+/// A line with its name before it, broken between words where it is longer than the screen.
+fn item(out: &mut String, name: &str, text: &str) -> std::fmt::Result {
+    const INDENT: usize = 10;
+    let mut line = format!("{name:<INDENT$}");
+    for word in text.split(' ') {
+        let length = line.chars().count() + word.chars().count();
+        if length > WIDTH && line.chars().count() > INDENT {
+            writeln!(out, "{}", line.trim_end())?;
+            line = " ".repeat(INDENT);
+        }
+        line += word;
+        line.push(' ');
+    }
+    writeln!(out, "{}", line.trim_end())
+}
+
+fn counted(count: usize, what: &str) -> String {
+    match (count, what) {
+        (1, _) => format!("1 {what}"),
+        (_, "stretch") => format!("{count} stretches"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
+/// A time as a person says it.
+fn lasting(seconds: f64) -> String {
+    for (unit, length) in [("days", 86_400.0), ("h", 3600.0), ("min", 60.0)] {
+        if seconds >= 2.0 * length {
+            return format!("{} {unit}", short(seconds / length));
+        }
+    }
+    format!("{} s", short(seconds))
+}
+
+/// Four significant digits without zeros at the end.
+fn short(x: f64) -> String {
+    let rounded = format!("{x:.3e}").parse::<f64>().unwrap_or(x);
+    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        rounded.to_string()
+    }
+}
+
+/// Names come from the file: a control code in them must not reach the terminal.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}

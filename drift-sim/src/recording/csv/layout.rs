@@ -1,0 +1,362 @@
+//! What a text looks like, from its beginning: which separator, where the header is, what stands before and below it.
+//!
+//! The rows of data say it: of all separators the one that splits most lines into the same number of cells of which at least
+//! half are numbers or dates. The header is the first of the lines directly above them that has as many cells; lines
+//! between the two hold units or descriptions, lines before it are no part of the table.
+
+use super::blanks;
+use crate::recording::ReadOptions;
+use crate::recording::clock::is_date_or_time;
+use crate::recording::decimal::{parse_number, with_point};
+use crate::{Error, Result};
+
+/// Lines that are looked at.
+const LINES_MAX: usize = 400;
+/// Cells of a line that are looked at.
+const CELLS_MAX: usize = 4096;
+/// Rows of units and descriptions below a header, at most.
+const BELOW_MAX: usize = 3;
+/// A separator that splits this part of as many lines as the best does, and stands before it in the list, is taken:
+/// within cells commas and blanks are common, tabs and semicolons are not.
+const NEARLY: f64 = 0.8;
+
+/// What stands between the cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    Byte(u8),
+    /// Runs of blanks and tabs.
+    Blanks,
+}
+
+/// In the order in which they are preferred.
+const SEPARATORS: [Separator; 5] = [
+    Separator::Byte(b'\t'),
+    Separator::Byte(b';'),
+    Separator::Byte(b'|'),
+    Separator::Byte(b','),
+    Separator::Blanks,
+];
+
+/// Signs that begin a comment.
+const COMMENTS: [&str; 4] = ["#", "%", "//", "!"];
+
+impl Separator {
+    /// The byte between the cells after [`blanks`] have been collapsed.
+    pub fn byte(self) -> u8 {
+        match self {
+            Self::Byte(byte) => byte,
+            Self::Blanks => blanks::SEPARATOR,
+        }
+    }
+
+    fn separates(self, c: char) -> bool {
+        match self {
+            Self::Byte(byte) => c == char::from(byte),
+            Self::Blanks => c.is_whitespace(),
+        }
+    }
+
+    /// The cells of a line without blanks and quotes around them.
+    fn cells(self, line: &str) -> Vec<&str> {
+        let bare =
+            |from: usize, to: usize| line.get(from..to).unwrap_or_default().trim().trim_matches('"').trim();
+        let (mut cells, mut from, mut quoted) = (Vec::new(), 0, false);
+        for (at, c) in line.char_indices() {
+            quoted ^= c == '"';
+            if !quoted && self.separates(c) && cells.len() < CELLS_MAX {
+                cells.push(bare(from, at));
+                from = at + c.len_utf8();
+            }
+        }
+        cells.push(bare(from, line.len()));
+        if self == Self::Blanks {
+            cells.retain(|cell| !cell.is_empty());
+        }
+        cells
+    }
+}
+
+/// What a text looks like.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Layout {
+    pub separator: Separator,
+    /// The names, where the header isn't the first line of the body: it is a comment, or there is none.
+    pub names: Option<Vec<String>>,
+    /// There is no header: the names are numbers.
+    pub is_headerless: bool,
+    /// Where header and data begin: byte and line.
+    pub body_from: usize,
+    pub body_line: u64,
+    /// Lines between the header and the data.
+    pub rows_below: usize,
+    /// The sign that begins comments.
+    pub comment: Option<u8>,
+    /// Lines before the header that are no part of the table.
+    lines_before: usize,
+    /// A date and a time under one name.
+    splits_date: bool,
+}
+
+/// A line that holds something.
+struct Line<'a> {
+    text: &'a str,
+    from: usize,
+    number: u64,
+    comment: Option<&'static str>,
+}
+
+impl<'a> Line<'a> {
+    /// The text behind the sign of a comment.
+    fn uncommented(&self) -> &'a str {
+        let sign = self.comment.unwrap_or_default();
+        self.text.trim_start().trim_start_matches(sign).trim_start()
+    }
+}
+
+impl Layout {
+    /// The layout of a text that begins so.
+    pub fn of(head: &[u8]) -> Self {
+        let text = String::from_utf8_lossy(head);
+        // Where the text was cut inside a letter, offsets would be off: nothing is found behind that place.
+        let text = text.get(..text.rfind('\n').map_or(text.len(), |end| end + 1)).unwrap_or_default();
+        let mut lines = lines(text);
+        let stated = lines.first().and_then(|line| stated_separator(line.text));
+        if stated.is_some() {
+            lines.remove(0);
+        }
+        let table = match stated {
+            Some(separator) => Table::found(separator, &lines),
+            None => Table::likely(&lines),
+        };
+        let first = lines.first().map_or((0, 1), |line| (line.from, line.number));
+        let Some(table) = table else { return Self::plain(&lines, stated, first) };
+        table.layout(&lines)
+    }
+
+    /// No row of data was found: the first line is the header.
+    fn plain(lines: &[Line], stated: Option<Separator>, (body_from, body_line): (usize, u64)) -> Self {
+        let first = lines.first().map_or("", |line| line.text);
+        let separator = stated.unwrap_or_else(|| {
+            let count = |separator: &Separator| first.chars().filter(|c| separator.separates(*c)).count();
+            // Of equally many the last is taken, which for none of them is the comma.
+            let bytes = SEPARATORS.into_iter().filter(|s| *s != Separator::Blanks);
+            bytes.max_by_key(count).unwrap_or(Separator::Byte(b','))
+        });
+        Self {
+            separator,
+            names: None,
+            is_headerless: false,
+            body_from,
+            body_line,
+            rows_below: 0,
+            comment: None,
+            lines_before: 0,
+            splits_date: false,
+        }
+    }
+
+    /// Refuses a table without names where the columns are not given by their numbers.
+    pub fn check_header(&self, options: &ReadOptions) -> Result<()> {
+        if !self.is_headerless || options.columns.is_by_number() {
+            return Ok(());
+        }
+        let width = self.names.as_ref().map_or(0, Vec::len);
+        let example = if width > 3 { "t=1,r=2,y=3,u=4" } else { "t=1,y=2,u=3" };
+        Err(Error::new("the first line holds numbers")
+            .allowed(format!("a header that names the columns, or --columns {example}")))
+    }
+
+    /// The names of a header, with one for the date where a date and a time stand under one.
+    pub fn with_date(&self, mut names: Vec<String>) -> Vec<String> {
+        if self.splits_date {
+            names.insert(0, "Date".into());
+        }
+        names
+    }
+
+    /// What was passed over.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (count, what) in [(self.lines_before, "before the header"), (self.rows_below, "below the header")]
+        {
+            match count {
+                0 => {}
+                1 => notes.push(format!("one line {what} is passed over")),
+                more => notes.push(format!("{more} lines {what} are passed over")),
+            }
+        }
+        if self.is_headerless {
+            notes.push("there is no header: columns go by their numbers".into());
+        }
+        notes
+    }
+}
+
+/// Rows of data as one separator sees them.
+struct Table {
+    separator: Separator,
+    width: usize,
+    /// How many of the lines are such rows.
+    rows: usize,
+    /// The first of them, by its place among the lines.
+    first: usize,
+}
+
+impl Table {
+    /// What most separators agree on.
+    fn likely(lines: &[Line]) -> Option<Self> {
+        let tables: Vec<Self> = SEPARATORS.into_iter().filter_map(|s| Self::found(s, lines)).collect();
+        let most = tables.iter().map(|table| table.rows).max()?;
+        tables.into_iter().find(|table| table.rows as f64 >= NEARLY * most as f64)
+    }
+
+    fn found(separator: Separator, lines: &[Line]) -> Option<Self> {
+        // (width, how often, the first line of it), in the order in which they appear.
+        let mut widths: Vec<(usize, usize, usize)> = Vec::new();
+        for (place, line) in lines.iter().enumerate().filter(|(_, line)| line.comment.is_none()) {
+            let cells = separator.cells(line.text);
+            if cells.len() < 2 || !is_data(&cells) {
+                continue;
+            }
+            match widths.iter_mut().find(|(width, _, _)| *width == cells.len()) {
+                Some((_, count, _)) => *count += 1,
+                None => widths.push((cells.len(), 1, place)),
+            }
+        }
+        // Of equally many the first counts.
+        let most = widths.iter().map(|(_, count, _)| *count).max()?;
+        let (width, rows, first) = widths.into_iter().find(|(_, count, _)| *count == most)?;
+        Some(Self { separator, width, rows, first })
+    }
+
+    fn layout(&self, lines: &[Line]) -> Layout {
+        let data = |at: usize| lines.get(at).map_or((0, 1), |line| (line.from, line.number));
+        let header = self.header(lines);
+        let comment = lines.iter().skip(self.first).find_map(|line| line.comment);
+        let comment = comment.filter(|sign| sign.len() == 1).and_then(|sign| sign.bytes().next());
+        let layout = |names: Option<Vec<String>>, place: usize, rows_below: usize, lines_before: usize| {
+            let (body_from, body_line) = data(place);
+            Layout {
+                separator: self.separator,
+                is_headerless: false,
+                body_from,
+                body_line,
+                rows_below,
+                comment,
+                lines_before,
+                splits_date: self.splits_date(lines, header),
+                names,
+            }
+        };
+        if let Some(place) = header {
+            // Empty rows between the header and the data are data.
+            let below =
+                lines.iter().take(self.first).skip(place + 1).map(|line| self.separator.cells(line.text));
+            let below = below.filter(|cells| self.is_header(cells) && !is_empty(cells)).count();
+            return layout(None, place, below.min(BELOW_MAX), place);
+        }
+        let above =
+            self.first.checked_sub(1).and_then(|at| lines.get(at)).filter(|line| line.comment.is_some());
+        let names: Vec<&str> = above.map_or(Vec::new(), |line| self.separator.cells(line.uncommented()));
+        if names.len() == self.width && !is_data(&names) {
+            let names = names.into_iter().map(str::to_owned).collect();
+            return layout(Some(names), self.first, 0, self.first.saturating_sub(1));
+        }
+        let numbers = (1..=self.width).map(|number| number.to_string()).collect();
+        Layout { is_headerless: true, ..layout(Some(numbers), self.first, 0, self.first) }
+    }
+
+    /// The place of the header: of the lines directly above the data that hold no values, the first that is as full as
+    /// those below it.
+    fn header(&self, lines: &[Line]) -> Option<usize> {
+        let mut header: Option<(usize, usize)> = None;
+        for (place, line) in lines.iter().enumerate().take(self.first).rev() {
+            let cells = self.separator.cells(line.text);
+            // A line of separators alone, or of missing values, is a row of data.
+            if header.is_none() && line.comment.is_none() && is_empty(&cells) {
+                continue;
+            }
+            let names = filled(&cells);
+            let fits = header.map_or(names > 1, |(_, below)| cells.len() == self.width && names >= below);
+            if line.comment.is_some() || !fits || !self.is_header(&cells) {
+                break;
+            }
+            header = Some((place, names));
+        }
+        header.map(|(place, _)| place).or_else(|| self.header_with_numbers(lines))
+    }
+
+    /// The first row, where it has a text above a column of values: some names are numbers.
+    fn header_with_numbers(&self, lines: &[Line]) -> Option<usize> {
+        let names = self.separator.cells(lines.get(self.first)?.text);
+        let next = lines.get(self.first + 1).map(|line| self.separator.cells(line.text))?;
+        let is_name = |(name, cell): (&&str, &&str)| !is_value(name) && is_value(cell) && !cell.is_empty();
+        (names.len() == next.len() && names.iter().zip(&next).any(is_name)).then_some(self.first)
+    }
+
+    fn is_header(&self, cells: &[&str]) -> bool {
+        !cells.iter().any(|cell| is_value(cell) && !cell.is_empty())
+    }
+
+    /// Whether the data begin with a date and a time that the header has one name for.
+    fn splits_date(&self, lines: &[Line], header: Option<usize>) -> bool {
+        let names = header.and_then(|at| lines.get(at)).map(|line| self.separator.cells(line.text).len());
+        let cells = lines.get(self.first).map(|line| self.separator.cells(line.text)).unwrap_or_default();
+        self.separator == Separator::Blanks
+            && names.is_some_and(|names| names + 1 == self.width)
+            && matches!(cells.as_slice(), [date, time, ..] if is_date(date) && time.contains(':'))
+    }
+}
+
+fn is_date(cell: &str) -> bool {
+    parse_number(cell.as_bytes()).is_none() && is_date_or_time(cell) && !cell.contains(':')
+}
+
+fn is_empty(cells: &[&str]) -> bool {
+    cells.iter().all(|cell| parse_number(cell.as_bytes()).is_some_and(f64::is_nan))
+}
+
+/// A number with a point or a comma, nothing at all, a word for nothing, a date or a time.
+fn is_value(cell: &str) -> bool {
+    parse_number(cell.as_bytes()).is_some() || with_point(cell.as_bytes()).is_some() || is_date_or_time(cell)
+}
+
+/// How many cells hold something.
+fn filled(cells: &[&str]) -> usize {
+    cells.iter().filter(|cell| !cell.is_empty()).count()
+}
+
+/// Whether at least half of what is not empty are values.
+fn is_data(cells: &[&str]) -> bool {
+    let filled = cells.iter().filter(|cell| !cell.is_empty());
+    let (values, others): (Vec<&&str>, Vec<&&str>) = filled.partition(|cell| is_value(cell));
+    !values.is_empty() && values.len() >= others.len()
+}
+
+/// The lines that hold something.
+fn lines(text: &str) -> Vec<Line<'_>> {
+    let mut from = 0;
+    let mut lines = Vec::new();
+    for (number, line) in text.split_inclusive('\n').enumerate() {
+        let text = line.trim_end();
+        if !text.trim().is_empty() {
+            let comment = COMMENTS.into_iter().find(|sign| text.trim_start().starts_with(sign));
+            lines.push(Line { text, from, number: number as u64 + 1, comment });
+        }
+        from += line.len();
+        if lines.len() == LINES_MAX {
+            break;
+        }
+    }
+    lines
+}
+
+/// The separator that spreadsheets write on a line of its own before the header.
+fn stated_separator(line: &str) -> Option<Separator> {
+    match line.strip_prefix("sep=")?.as_bytes() {
+        [byte @ (b',' | b';' | b'\t' | b'|')] => Some(Separator::Byte(*byte)),
+        // The separator itself was a tab, which is gone with the blanks at the end.
+        [] => Some(Separator::Byte(b'\t')),
+        _ => None,
+    }
+}

@@ -1,0 +1,174 @@
+//! The CSV format: text in, records out, each with the line it stands on.
+//!
+//! What a file looks like is found from its beginning ([`layout`]): its encoding, its separator (comma, semicolon, tab, bar
+//! or blanks), lines before the header, a row of units, comments, no header at all. Beside a separator that is no comma
+//! numbers may have decimal commas. Lines end in LF, CRLF or CR, fields may be quoted, a byte order mark, blank lines and the
+//! `sep=;` of spreadsheets are passed over.
+
+mod blanks;
+mod encoding;
+mod layout;
+
+use std::io::{BufRead, BufReader, Cursor, Read};
+
+use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
+
+use super::decimal::DecimalMark;
+use super::records::{Record, Records};
+use super::text_rows::{Header, TextRows};
+use super::{Quality, ReadOptions};
+use crate::{Error, Result};
+use layout::{Layout, Separator};
+
+/// Bytes asked of the system at a time.
+const BUFFER_BYTES: usize = 1 << 18;
+/// Text that the layout is found from.
+const HEAD_BYTES: usize = 1 << 16;
+/// A row longer than this is a quote that never closes, or no recording.
+const ROW_BYTES_MAX: usize = 1 << 20;
+/// Fields of one row, at most.
+const FIELDS_MAX: usize = 1 << 18;
+
+/// Records of delimited text, in the memory of one of them.
+pub(super) struct CsvRecords {
+    source: Box<dyn BufRead + Send>,
+    parser: Reader,
+    /// Lines seen so far, to tell blank ones.
+    last_line: u64,
+    notes: Vec<String>,
+}
+
+/// The rows of a text, after a look at what it begins with.
+pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Result<TextRows<CsvRecords>> {
+    let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
+    let mut source = encoding::decoded(source).map_err(refused)?;
+    let mut head = Vec::with_capacity(HEAD_BYTES);
+    source.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut head).map_err(refused)?;
+    if head.iter().all(u8::is_ascii_whitespace) && head.len() < HEAD_BYTES {
+        return Err(Error::new("the file is empty").allowed("a header and rows of numbers"));
+    }
+    if head.contains(&0) {
+        return Err(Error::new("this is neither text nor a format that is read").allowed(super::format::ALL));
+    }
+    let layout = Layout::of(&head);
+    let body = head.split_off(layout.body_from.min(head.len()));
+    let whole: Box<dyn Read + Send> = Box::new(Cursor::new(body).chain(source));
+    let whole =
+        if layout.separator == Separator::Blanks { Box::new(blanks::collapsed(whole)) } else { whole };
+    let records = CsvRecords::new(whole, &layout);
+    records.into_rows(layout, options)
+}
+
+impl CsvRecords {
+    fn new(source: Box<dyn Read + Send>, layout: &Layout) -> Self {
+        // Lines end at LF alone, so that a record never ends between CR and LF and its line is known; the CR goes
+        // with the blanks around a cell.
+        let mut parser = ReaderBuilder::new();
+        parser.delimiter(layout.separator.byte()).terminator(Terminator::Any(b'\n'));
+        parser.comment(layout.comment);
+        let mut parser = parser.build();
+        parser.set_line(layout.body_line);
+        let source = Box::new(BufReader::with_capacity(BUFFER_BYTES, source));
+        Self { source, parser, last_line: layout.body_line.saturating_sub(1), notes: layout.notes() }
+    }
+
+    fn into_rows(mut self, layout: Layout, options: &ReadOptions) -> Result<TextRows<Self>> {
+        let mut record = Record::default();
+        let mut quality = Quality::default();
+        let text = |record: &Record| -> Vec<String> {
+            record.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect()
+        };
+        let (names, line) = match layout.names.clone() {
+            Some(names) => (names, layout.body_line),
+            None => match self.next(&mut record, &mut quality)? {
+                Some(line) => (layout.with_date(text(&record)), line),
+                None => return Err(Error::new("the file is empty").allowed("a header and rows of numbers")),
+            },
+        };
+        let mut units = Vec::new();
+        for _ in 0..layout.rows_below {
+            if self.next(&mut record, &mut quality)?.is_some() && units.is_empty() {
+                units = text(&record);
+            }
+        }
+        let mark = DecimalMark::beside(layout.separator.byte());
+        check_names(&names).and_then(|()| layout.check_header(options)).map_err(|e| e.at_line(line))?;
+        TextRows::new(self, Header { names, units, mark }, options).map_err(|e| e.at_line(line))
+    }
+
+    fn line_ends_inside(record: &Record) -> u64 {
+        record.as_slice().iter().filter(|b| **b == b'\n').count() as u64
+    }
+
+    /// The next record, empty ones not counted; its line.
+    fn parse(&mut self, record: &mut Record) -> Result<Option<u64>> {
+        let (bytes, ends) = record.buffers();
+        bytes.resize(bytes.len().max(1 << 10), 0);
+        ends.resize(ends.len().max(1 << 6), 0);
+        let (mut used, mut count) = (0, 0);
+        loop {
+            let input = self
+                .source
+                .fill_buf()
+                .map_err(|e| Error::new(format!("can't be read: {e}")).at_line(self.parser.line()))?;
+            let is_over = input.is_empty();
+            let (result, read, written, ended) =
+                self.parser.read_record(input, &mut bytes[used..], &mut ends[count..]);
+            self.source.consume(read);
+            used += written;
+            count += ended;
+            match result {
+                ReadRecordResult::InputEmpty => {}
+                ReadRecordResult::OutputFull if bytes.len() >= ROW_BYTES_MAX => {
+                    let what = "a row of more than 1 MiB, perhaps a quote that never closes";
+                    return Err(Error::new(what).at_line(self.parser.line()));
+                }
+                ReadRecordResult::OutputFull => bytes.resize(bytes.len() * 2, 0),
+                ReadRecordResult::OutputEndsFull if ends.len() >= FIELDS_MAX => {
+                    let what = format!("a row of more than {FIELDS_MAX} fields");
+                    return Err(Error::new(what).at_line(self.parser.line()));
+                }
+                ReadRecordResult::OutputEndsFull => ends.resize(ends.len() * 2, 0),
+                ReadRecordResult::Record => {
+                    record.filled(used, count);
+                    // The parser stands behind the line's end, which the last line of a file may lack.
+                    return Ok(Some(self.parser.line().saturating_sub(u64::from(!is_over))));
+                }
+                ReadRecordResult::End => return Ok(None),
+            }
+        }
+    }
+}
+
+/// Refuses names of which two are the same.
+fn check_names(names: &[String]) -> Result<()> {
+    let mut seen = std::collections::HashSet::with_capacity(names.len());
+    match names.iter().find(|name| !name.is_empty() && !seen.insert(name.as_str())) {
+        Some(name) => Err(Error::new(format!("two columns are called '{name}'"))
+            .allowed("names that differ, or columns by their numbers, like --columns r=2,y=3,u=4")),
+        None => Ok(()),
+    }
+}
+
+impl Records for CsvRecords {
+    fn next(&mut self, record: &mut Record, quality: &mut Quality) -> Result<Option<u64>> {
+        loop {
+            let Some(line) = self.parse(record)? else { return Ok(None) };
+            // The parser itself passes over empty lines; a field may hold line ends of its own.
+            let passed = line.saturating_sub(self.last_line);
+            if passed > 1 {
+                quality.blank_lines += passed.saturating_sub(1 + Self::line_ends_inside(record));
+            }
+            self.last_line = line;
+            if record.len() <= 1 && record.as_slice().trim_ascii().is_empty() {
+                quality.blank_lines += 1;
+                continue;
+            }
+            return Ok(Some(line));
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+}

@@ -1,0 +1,149 @@
+//! Rows of numbers out of records of text: what every format of text has in common.
+
+use super::choice::{Choice, Reference};
+use super::clock::Clock;
+use super::decimal::{DecimalMark, with_point};
+use super::records::{Record, Records};
+use super::row::{Row, Rows, not_a_number};
+use super::{Quality, ReadOptions};
+use crate::{Error, Result};
+
+/// Reads rows one after the other; memory stays that of one row.
+pub(super) struct TextRows<R> {
+    records: R,
+    record: Record,
+    names: Vec<String>,
+    choice: Choice,
+    clock: Option<Clock>,
+    mark: DecimalMark,
+    /// Date and time of the day from two columns, put together.
+    joined: Vec<u8>,
+}
+
+/// The columns of a source of records.
+pub(super) struct Header {
+    pub names: Vec<String>,
+    /// What stands below the names in a row of units; empty where there is none.
+    pub units: Vec<String>,
+    pub mark: DecimalMark,
+}
+
+impl<R: Records> TextRows<R> {
+    /// Chooses among the columns of a source.
+    ///
+    /// # Errors
+    /// A column is missing, or two are called the same.
+    pub fn new(records: R, header: Header, options: &ReadOptions) -> Result<Self> {
+        let Header { names, units, mark } = header;
+        let choice = Choice::of(&names, options)?;
+        let clock = choice.t.map(|t| {
+            let unit = units.get(t).filter(|unit| !unit.is_empty());
+            Clock::of(&names[t], unit.map(String::as_str), options.date_order)
+        });
+        let clock = clock.transpose()?;
+        Ok(Self { records, record: Record::default(), names, choice, clock, mark, joined: Vec::new() })
+    }
+
+    fn parse(&mut self, row: &mut Row, quality: &mut Quality, line: u64) -> Result<()> {
+        let width = self.names.len();
+        if self.record.len() != width {
+            // Spreadsheets end rows in commas: more fields are harmless as long as they hold nothing.
+            let more_is_empty = self.record.iter().skip(width).all(<[u8]>::is_empty);
+            if self.record.len() < width || !more_is_empty {
+                let fields = plural(self.record.len(), "field");
+                return Err(Error::new(format!("{fields} where the header has {width}")));
+            }
+        }
+        row.line = line;
+        self.read_stamp(row)?;
+        row.r = match self.choice.r {
+            Reference::Column(r) => self.number(r, &mut quality.missing_r)?,
+            Reference::Absent => f64::NAN,
+        };
+        row.y = self.number(self.choice.y, &mut quality.missing_y)?;
+        row.u = self.number(self.choice.u, &mut quality.missing_u)?;
+        row.manual = self.is_manual();
+        row.extra.clear();
+        for i in 0..self.choice.extra.len() {
+            let value = self.extra_value(i)?;
+            row.extra.push(value);
+        }
+        Ok(())
+    }
+
+    fn read_stamp(&mut self, row: &mut Row) -> Result<()> {
+        let (Some(t), Some(clock)) = (self.choice.t, &mut self.clock) else { return Ok(()) };
+        let mut cell = self.record.get(t).unwrap_or_default();
+        // A date beside a number that counts seconds says nothing more.
+        if let Some(date) = self.choice.date.filter(|_| cell.contains(&b':')) {
+            self.joined.clear();
+            self.joined.extend_from_slice(self.record.get(date).unwrap_or_default());
+            self.joined.push(b' ');
+            self.joined.extend_from_slice(cell);
+            cell = &self.joined;
+        }
+        row.stamp = clock.read(cell, &mut self.mark)?;
+        Ok(())
+    }
+
+    fn is_manual(&self) -> bool {
+        self.choice.when.iter().any(|(index, when)| {
+            let cell = self.record.get(*index).unwrap_or_default();
+            !when.holds(self.mark.plain(cell).as_deref().unwrap_or(cell))
+        })
+    }
+
+    /// The value of a further column; text that nobody asked for makes the whole column one of text.
+    fn extra_value(&mut self, i: usize) -> Result<f64> {
+        let extra = &mut self.choice.extra[i];
+        if extra.text {
+            return Ok(f64::NAN);
+        }
+        let cell = self.record.get(extra.index).unwrap_or_default();
+        match self.mark.number(cell) {
+            Ok(Some(value)) => Ok(value),
+            _ if !extra.asked_for => {
+                extra.text = true;
+                Ok(f64::NAN)
+            }
+            Ok(None) => Err(not_a_number(cell, &self.names[extra.index])),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn number(&mut self, index: usize, missing: &mut u64) -> Result<f64> {
+        let cell = self.record.get(index).unwrap_or_default();
+        let number = self.mark.number(cell)?.ok_or_else(|| {
+            let error = not_a_number(cell, &self.names[index]);
+            if with_point(cell).is_some() { error.allowed("a decimal point") } else { error }
+        })?;
+        *missing += u64::from(number.is_nan());
+        Ok(number)
+    }
+}
+
+impl<R: Records> Rows for TextRows<R> {
+    fn choice(&self) -> &Choice {
+        &self.choice
+    }
+
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let clock = self.clock.as_ref().and_then(Clock::note);
+        self.records.notes().into_iter().chain(self.choice.notes.iter().cloned()).chain(clock).collect()
+    }
+
+    fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
+        let Some(line) = self.records.next(&mut self.record, quality)? else { return Ok(false) };
+        self.parse(row, quality, line).map_err(|e| e.at_line(line))?;
+        quality.rows += 1;
+        Ok(true)
+    }
+}
+
+fn plural(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}

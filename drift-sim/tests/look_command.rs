@@ -1,0 +1,121 @@
+//! `drift look`: what is in a file, on one screen of 80 columns, whatever is wrong with it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "tests fail by panicking, their own functions too"
+)]
+
+use std::fmt::Write;
+use std::fs;
+use std::process::Command;
+
+/// What it prints of a file with this content.
+fn look(content: &str, more: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rec.csv"), content).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drift"));
+    let out = command
+        .current_dir(folder.path())
+        .env("LC_ALL", "C")
+        .args(["look", "rec.csv"])
+        .args(more)
+        .output()
+        .unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 80) && text.lines().count() < 24,
+        "one screen:\n{text}"
+    );
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// 100 samples of 0.5 s: 20 in manual, u at its limit for 10, one missing y, a gap of 5 s.
+#[test]
+fn a_screen_says_what_is_in_the_file() {
+    let mut csv = String::from("Time (s),SP,PV,OP,MODE,flow\n");
+    for k in 0..100 {
+        let t = f64::from(k) * 0.5 + if k >= 60 { 4.5 } else { 0.0 };
+        let y = if k == 7 { String::new() } else { format!("{}", 20 + k % 3) };
+        let u = if (30..40).contains(&k) { 100 } else { 40 + k % 7 };
+        let mode = if (70..90).contains(&k) { "MAN" } else { "AUTO" };
+        writeln!(csv, "{t},21,{y},{u},{mode},{k}").unwrap();
+    }
+    let text = look(&csv, &[]);
+    for said in [
+        "CSV, 100 rows, 6 columns; 54 s from t = 0 s",
+        "every 0.5 s, uniform",
+        "gaps 1, the longest of 5 s after t = 29.5 s",
+        "t = 'Time (s)', r = 'SP', y = 'PV', u = 'OP'; not used: MODE, flow",
+        "20 .. 22, 1 missing",
+        "manual 20 % of the rows, 1 stretch 39.5 to 49 s",
+        "u stays at its highest value, 100: 10 % of the rows, 1 stretch 15 to 19.5 s",
+        "next: drift init rec.csv -o loop.toml",
+    ] {
+        assert!(text.contains(said), "'{said}' is not in:\n{text}");
+    }
+}
+
+#[test]
+fn uneven_rows_are_shown_with_the_step_that_reads_them() {
+    let mut csv = String::from("t,r,y,u\n");
+    let mut t = 0.0;
+    for k in 0..200 {
+        t += if k % 3 == 0 { 0.07 } else { 0.1 };
+        writeln!(csv, "{t:.3},1,{},3", k % 5).unwrap();
+    }
+    let text = look(&csv, &[]);
+    assert!(text.contains("about every 0.1 s, not uniform; jitter 0.01728 s rms, 0.03 s at most"), "{text}");
+    assert!(text.contains("next: drift init rec.csv --resample 0.1 -o loop.toml"), "{text}");
+    assert!(
+        look(&csv, &["--resample", "0.1"]).contains("next: drift init rec.csv --resample 0.1 -o loop.toml")
+    );
+}
+
+#[test]
+fn a_missing_column_is_said_with_an_example() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.csv"), "Zeit;Temperatur;Ventil\n0;1;2\n1;1;2\n").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drift"));
+    let out = command.current_dir(folder.path()).args(["look", "a.csv"]).output().unwrap();
+    assert_eq!(
+        String::from_utf8(out.stderr).unwrap(),
+        "error: a.csv:1: no column 'y' for y; like --columns t=Zeit,y=Temperatur,u=Ventil; the columns are Zeit, \
+         Temperatur, Ventil\n"
+    );
+}
+
+/// The simulated oven, a tenth of it run by hand: `init` finds the law that it finds without.
+#[test]
+fn init_finds_the_law_beside_a_manual_stretch() {
+    let folder = tempfile::tempdir().unwrap();
+    let drift = |line: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drift"));
+        let out = command.current_dir(folder.path()).args(line.split(' ')).output().unwrap();
+        assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let oven = include_str!("../../examples/loops/oven.toml");
+    fs::write(folder.path().join("oven.toml"), oven).unwrap();
+    drift(
+        "simulate oven.toml -o own.csv --duration 20000 --reference-mean 35 --reference-sd 3 --reference-hold 200 --seed 3",
+    );
+    let own = fs::read_to_string(folder.path().join("own.csv")).unwrap();
+    let mut by_hand = String::from("t,r,y,u,MODE\n");
+    for (k, row) in own.lines().skip(1).enumerate() {
+        let (rest, u) = row.rsplit_once(',').unwrap();
+        let is_manual = (1600..2000).contains(&k);
+        let (u, mode) = if is_manual { ("0.2", "MAN") } else { (u, "AUTO") };
+        writeln!(by_hand, "{rest},{u},{mode}").unwrap();
+    }
+    fs::write(folder.path().join("man.csv"), by_hand).unwrap();
+    let law = |toml: &str| -> Vec<String> {
+        let inside = toml.lines().skip_while(|line| *line != "[controller]").take(4);
+        inside.map(str::to_owned).collect()
+    };
+    let without = law(&drift("init own.csv"));
+    assert_eq!(without[1], "kind = \"pi\"");
+    assert_eq!(law(&drift("init man.csv")), without);
+    // Without the mode it can't be found.
+    assert_eq!(law(&drift("init man.csv --when always"))[1], "kind = \"recorded\"");
+}

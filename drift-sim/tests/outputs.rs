@@ -1,0 +1,193 @@
+//! What a command writes never costs what it reads: no output is an input or another output, all outputs of a command
+//! land together, and an interrupted command leaves nothing behind.
+#![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "tests fail by panicking, their own functions too"
+)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+const HEATER: &str = "[loop]\nsample_time_s = 1.0\n\n[controller]\nkind = \"pi\"\nkp = 2.0\nki = 0.1\n\n\
+    [plant]\nkind = \"first-order\"\ngain = 1.0\ntime_constant_s = 20.0\n";
+
+/// A folder with a recording, a link and a hard link to it, a loop file and a baseline.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("heater.toml"), HEATER).unwrap();
+    let made = drift(folder.path(), &["simulate", "heater.toml", "--duration", "4000", "-o", "rec.csv"]);
+    assert_eq!(made, (Some(0), String::new()));
+    let made = drift(folder.path(), &["calibrate", "rec.csv", "-o", "baseline.toml", "--window", "20"]);
+    assert_eq!(made.0, Some(0), "{}", made.1);
+    std::os::unix::fs::symlink("rec.csv", at("link.csv")).unwrap();
+    fs::hard_link(at("rec.csv"), at("hard.csv")).unwrap();
+    fs::create_dir(at("sub")).unwrap();
+    folder
+}
+
+/// Exit code and standard error.
+fn drift(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let out = Command::new(env!("CARGO_BIN_EXE_drift")).current_dir(folder).args(arguments).output().unwrap();
+    (out.status.code(), String::from_utf8(out.stderr).unwrap())
+}
+
+/// Every file with its content.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .filter(|path| path.is_file())
+        .map(|path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(&path).unwrap()))
+        .collect()
+}
+
+#[test]
+fn no_output_is_an_input_or_another_output() {
+    let folder = folder();
+    let before = contents(folder.path());
+    for (line, message) in [
+        (
+            "calibrate rec.csv -o rec.csv",
+            "rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "calibrate rec.csv -o link.csv",
+            "link.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "calibrate link.csv -o hard.csv",
+            "hard.csv: --output would overwrite the input 'link.csv'; a file of its own",
+        ),
+        (
+            "calibrate rec.csv -o sub/../rec.csv",
+            "sub/../rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        ("calibrate rec.csv -o b --rust b", "--output and --rust are both 'b'; a file for each"),
+        (
+            "calibrate rec.csv -o b --c x --json sub/../b",
+            "--output and --json are both 'sub/../b'; a file for each",
+        ),
+        (
+            "init rec.csv -o rec.csv",
+            "rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "monitor rec.csv --baseline baseline.toml --report rec.csv",
+            "rec.csv: --report would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "monitor rec.csv --baseline baseline.toml --json rec.csv",
+            "rec.csv: --json would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "monitor rec.csv --baseline baseline.toml --plot rec.csv",
+            "rec.csv: --plot would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "monitor rec.csv --baseline baseline.toml --report baseline.toml",
+            "baseline.toml: --report would overwrite the input 'baseline.toml'; a file of its own",
+        ),
+        (
+            "monitor rec.csv --baseline baseline.toml --json x --plot x",
+            "--json and --plot are both 'x'; a file for each",
+        ),
+        (
+            "diagnose rec.csv --loop heater.toml --report rec.csv",
+            "rec.csv: --report would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "diagnose rec.csv --loop heater.toml --model heater.toml",
+            "heater.toml: --model would overwrite the input 'heater.toml'; a file of its own",
+        ),
+        (
+            "diagnose rec.csv --loop heater.toml --healthy hard.csv --json link.csv",
+            "link.csv: --json would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "simulate heater.toml --reference rec.csv -o rec.csv",
+            "rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+        ),
+        (
+            "simulate heater.toml -o heater.toml",
+            "heater.toml: --output would overwrite the input 'heater.toml'; a file of its own",
+        ),
+        ("simulate heater.toml -o sub", "sub: can't be written: it is a folder; the name of a file"),
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        assert_eq!(drift(folder.path(), &arguments), (Some(1), format!("error: {message}\n")), "{line}");
+        assert!(contents(folder.path()) == before, "{line} changed a file");
+    }
+    // A recording from standard input is an input like another.
+    let fed = Command::new(env!("CARGO_BIN_EXE_drift"))
+        .current_dir(folder.path())
+        .args(["calibrate", "-", "-o", "rec.csv"])
+        .stdin(fs::File::open(folder.path().join("rec.csv")).unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(fed.status.code(), Some(1));
+    assert!(contents(folder.path()) == before);
+}
+
+/// The last of the outputs meets a full disk: none of the others appears, and none of the old ones changes.
+#[test]
+fn all_outputs_land_together_or_not_at_all() {
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    let folder = folder();
+    fs::write(folder.path().join("config.rs"), "old").unwrap();
+    let before = contents(folder.path());
+    for line in [
+        "calibrate rec.csv -o new.toml --rust config.rs --c config.h --report /dev/full",
+        "monitor rec.csv --baseline baseline.toml --json new.jsonl --plot config.rs --report /dev/full",
+        "diagnose rec.csv --loop heater.toml --model new.toml --report config.rs --json /dev/full",
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let (code, message) = drift(folder.path(), &arguments);
+        assert_eq!(code, Some(1), "{line}: {message}");
+        assert!(
+            message.starts_with("error: /dev/full: can't be written: No space left"),
+            "{line}: {message}"
+        );
+        assert!(contents(folder.path()) == before, "{line} left something");
+    }
+}
+
+/// Ctrl-C and the request to end, while the output is half written.
+#[test]
+fn an_interrupted_command_leaves_nothing_behind() {
+    let folder = folder();
+    let before = contents(folder.path());
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_drift"))
+            .current_dir(folder.path())
+            .args(["monitor", "-", "--baseline", "baseline.toml", "--json", "half.jsonl"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        // The pipe stays open: the command waits for more.
+        let mut pipe = child.stdin.take().unwrap();
+        pipe.write_all(&before["rec.csv"]).unwrap();
+        for k in 4000..12_000 {
+            writeln!(pipe, "{k},0,0,0").unwrap();
+        }
+        pipe.flush().unwrap();
+        let began = Instant::now();
+        while contents(folder.path()).len() == before.len() {
+            assert!(began.elapsed() < Duration::from_secs(60), "no output was begun");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        assert!(contents(folder.path()) == before, "{signal} left something");
+    }
+}

@@ -64,6 +64,21 @@ impl Controller {
         }
     }
 
+    /// Its gains and time constants by their keys in the loop file.
+    pub fn gains(&self) -> Vec<(&'static str, f64)> {
+        match self {
+            Self::Pi(law) => vec![("kp", law.kp), ("ki", law.ki)],
+            Self::Pid(law) => vec![
+                ("kp", law.kp),
+                ("ki", law.ki),
+                ("kd", law.kd),
+                ("derivative_filter_s", law.derivative_filter_s),
+            ],
+            Self::PVelocity(law) => vec![("kp", law.kp), ("kv", law.kv)],
+            Self::Recorded => Vec::new(),
+        }
+    }
+
     /// The limits of `u`.
     pub fn limits(&self) -> Limits {
         match self {

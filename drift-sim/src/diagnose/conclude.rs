@@ -156,6 +156,8 @@ impl Case<'_> {
             parameters,
             rejected,
             untestable,
+            candidates: Vec::new(),
+            rivals: Vec::new(),
             train: fits(self.train),
             holdout,
             improvement,

@@ -77,6 +77,8 @@ pub enum Verdict {
     MissingPhysics,
     /// Something is missing and placed, but it can't be named.
     Located,
+    /// Too little moves, or too much is unknown, to prove or to exclude anything.
+    Undecided,
 }
 
 impl Verdict {
@@ -87,6 +89,7 @@ impl Verdict {
             Self::Parameters => "parameters",
             Self::MissingPhysics => "missing_physics",
             Self::Located => "located",
+            Self::Undecided => "undecided",
         }
     }
 }
@@ -174,6 +177,10 @@ pub struct Diagnosis {
     pub far_off: bool,
     /// The named terms, the strongest first.
     pub physics: Vec<Named>,
+    /// Kinds that are left where one can't be named, with the log-likelihood that each gains after the cost of its numbers.
+    pub candidates: Vec<(&'static str, f64)>,
+    /// All kinds that were fitted beside the refitted model, with the log-likelihood that each gains.
+    pub rivals: Vec<(&'static str, f64)>,
     /// The nominal parameters.
     pub parameters: Vec<Refitted>,
     /// Rivals that lost.

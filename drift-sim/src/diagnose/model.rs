@@ -274,8 +274,8 @@ impl Model {
         let mut model = self.clone();
         let index = model.nominal.physics.len();
         for (i, (parameter, value)) in term.kind.parameters.iter().zip(&term.parameters).enumerate() {
-            // Growing noise is not for a deterministic prediction to find.
-            if parameter.name == "noise_growth_per_s" {
+            // What a file may leave out (growing noise, a phase) is not for this search to find.
+            if parameter.default.is_some() {
                 continue;
             }
             let free = Free {

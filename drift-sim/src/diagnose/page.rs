@@ -72,6 +72,9 @@ impl Writing<'_> {
             Verdict::NoMismatch | Verdict::Parameters if found.far_off => {
                 "Nothing can be said: the plant that could be identified does not follow y where it has not seen it.".into()
             }
+            Verdict::Undecided => {
+                "This recording can't tell: too little moves in it, or too much is unknown, to prove or to exclude anything.".into()
+            }
             Verdict::NoMismatch => {
                 "The model explains the recording; nothing is missing that it could show.".into()
             }

@@ -40,6 +40,8 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
         "samples_not_used": diagnosis.not_used,
         "more_is_missing": diagnosis.far_off,
         "physics": physics,
+        "candidates": of_kinds(&diagnosis.candidates),
+        "rivals": of_kinds(&diagnosis.rivals),
         "parameters": parameters,
         "rejected": rows(&diagnosis.rejected),
         "untestable": rows(&diagnosis.untestable),
@@ -78,6 +80,11 @@ fn named_json(named: &Named, units: &UnitNames) -> Value {
         "says": named.term.says(units),
         "experiment": kind.experiment,
     })
+}
+
+/// Kinds with what they gain, in log-likelihood.
+fn of_kinds(kinds: &[(&'static str, f64)]) -> Vec<Value> {
+    kinds.iter().map(|(kind, gain)| json!({"kind": kind, "gain": gain})).collect()
 }
 
 /// The numbers of a term, by name.

@@ -3,8 +3,8 @@
 
 use crate::control_loop::Loop;
 use crate::controller::{Controller, Limits, PVelocity, Pi, Pid, VelocityRule};
-use crate::diagnose::controller_replay::{TOLERANCE, replay};
-use crate::diagnose::signals::{Signals, deviation};
+use crate::estimate::law_replay::{TOLERANCE, replay};
+use crate::estimate::signals::{Signals, deviation};
 
 use super::least_squares::{COLUMNS_MAX, LeastSquares, Solution};
 use super::limits::{inside, seen};

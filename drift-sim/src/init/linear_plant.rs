@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use crate::diagnose::signals::{Signals, deviation};
+use crate::estimate::signals::{Signals, deviation};
 use crate::physics::Term;
 use crate::plant::{FirstOrder, Output, Plant, Servo, TransferFunction};
 

@@ -1,7 +1,7 @@
 //! A loop file proposed from a recording alone: the control law by replay, the plant by identification, a window from
 //! the loop's correlation, each with how it was found and how sure it is. What can't be found is left open and said.
 
-mod control_law;
+pub(crate) mod control_law;
 mod least_squares;
 mod limits;
 mod linear_plant;
@@ -12,8 +12,8 @@ use std::path::Path;
 use crate::calibrate::{Options, Signals as WindowSignals, timing};
 use crate::control_loop::{Loop, Sensor};
 use crate::controller::Controller;
-use crate::diagnose::controller_replay::TOLERANCE;
-use crate::diagnose::signals::{Signals, deviation};
+use crate::estimate::law_replay::TOLERANCE;
+use crate::estimate::signals::{Signals, deviation};
 use crate::physics::Units;
 use crate::plant::Plant;
 use crate::recording::Recording;

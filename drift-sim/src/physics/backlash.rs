@@ -2,17 +2,24 @@
 //! between u and what reaches the plant. It begins in the middle of the gap.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
+    grid, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "backlash",
     place: Place::Actuator,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "width", unit: "{u}", range: Range::NotNegative }],
+    parameters: &[Parameter::new("width", "{u}", Range::NotNegative, |s, _| s.u).rough()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Backlash { half: 0.5 * p[0], position: None }),
     starts: |s| singles(Signature::or_fractions(s.hysteresis, s.u_scale)),
+    search: Starts::Grid(|s| {
+        grid([0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.18, 0.3, 0.5], |part| vec![part * s.u_range])
+    }),
+    family: Some(Family::Play),
     excitation: "Reversals of u.",
     ties: &["stiction", "dead_zone"],
     experiment: "Ramp the reference slowly one way, then reverse: stiction jumps also one way, backlash only loses motion at the reversal.",

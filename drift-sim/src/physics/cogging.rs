@@ -2,7 +2,8 @@
 //! `amplitude*sin(2 pi x/period + phase)` against the drive. Where y is a speed, x is its integral from the start.
 
 use super::{
-    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+    Begins, Effect, Hook, Kind, Motion, Over, Parameter, Place, Range, Signature, Starts, any_values,
+    is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -10,9 +11,9 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "amplitude", unit: "{drive}", range: Range::NotNegative },
-        Parameter { name: "period", unit: "{position}", range: Range::Positive },
-        Parameter { name: "phase", unit: "rad", range: Range::Any },
+        Parameter::new("amplitude", "{drive}", Range::NotNegative, |s, _| s.drive),
+        Parameter::new("period", "{position}", Range::Positive, |s, period| period * period / s.position),
+        Parameter::new("phase", "rad", Range::Any, |_, _| 1.0),
     ],
     applies: is_servo,
     consistent: any_values,
@@ -20,6 +21,8 @@ pub(super) static KIND: Kind = Kind {
         Box::new(Cogging { amplitude: p[0], wave_number: std::f64::consts::TAU / p[1], phase: p[2] })
     },
     starts,
+    search: Starts::Wave(Over::Position),
+    family: None,
     excitation: "Slow motion over several periods.",
     ties: &["periodic_load"],
     experiment: "Repeat the motion at half the speed: cogging keeps its period over position, a periodic load keeps it over time.",

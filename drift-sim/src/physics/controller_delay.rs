@@ -4,17 +4,21 @@
 use std::collections::VecDeque;
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "controller_delay",
     place: Place::Controller,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "delay_s", unit: "s", range: Range::NotNegative }],
+    parameters: &[Parameter::new("delay_s", "s", Range::NotNegative, |s, _| 10.0 * s.sample_time_s)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(ControllerDelay::new(p[0] / context.sample_time_s)),
     starts: |s| singles(Signature::or_fractions(s.late_s, 2.0 * s.sample_time_s)),
+    search: Starts::Apart,
+    family: None,
     excitation: "Sharp edges in r.",
     ties: &["delay"],
     experiment: "Replay the stated law on the recorded r and y: its u must be the recorded one, without a shift.",

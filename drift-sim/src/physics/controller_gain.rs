@@ -3,18 +3,21 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "controller_gain",
     place: Place::Controller,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::Any }],
+    parameters: &[Parameter::new("ratio", "1", Range::Any, |_, _| 1.0).around(1.0)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(ControllerGain { ratio: p[0] }),
     starts: |s| singles(Signature::or_ratios(s.gain_ratio, &[0.7, 1.4])),
+    search: Starts::Apart,
+    family: None,
     excitation: "An error that is not zero.",
     ties: &["gain_loss"],
     experiment: "Replay the stated law on the recorded r and y: its u must be the recorded one.",

@@ -2,17 +2,22 @@
 //! it holds against anything up to `level`.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, grid,
+    is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "coulomb_friction",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "level", unit: "{drive}", range: Range::NotNegative }],
+    parameters: &[Parameter::new("level", "{drive}", Range::NotNegative, |s, _| s.drive)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(CoulombFriction { level: p[0] }),
     starts: |s| singles(Signature::or_fractions(s.jump, s.drive_scale)),
+    search: Starts::Grid(|s| grid([0.1, 0.3, 0.6, 1.0], |part| vec![part * s.drive])),
+    family: Some(Family::Friction),
     excitation: "Motion in both directions, or stops.",
     ties: &["stribeck_friction", "directional_friction", "load_dependent_friction"],
     experiment: "Move slowly and fast, forward and back, with and without load, and let it rest for some seconds in between.",

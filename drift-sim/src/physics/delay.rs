@@ -3,18 +3,23 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, any_values,
+    every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "delay",
     place: Place::Loop,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "delay_s", unit: "s", range: Range::NotNegative }],
+    parameters: &[Parameter::new("delay_s", "s", Range::NotNegative, |s, _| 10.0 * s.sample_time_s).rough()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Delay { delay_s: p[0] }),
     starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
+    search: Starts::Grid(|s| {
+        grid([1.0, 2.0, 3.0, 4.5, 6.0, 10.0, 20.0], |samples| vec![samples * s.sample_time_s])
+    }),
+    family: Some(Family::Lag),
     excitation: "Sharp edges in r.",
     ties: &["unmodelled_lag", "controller_delay"],
     experiment: "Step the reference sharply and look at the first samples: a delay waits, a lag begins at once.",

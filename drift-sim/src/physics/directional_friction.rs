@@ -3,7 +3,8 @@
 //! change nothing).
 
 use super::{
-    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, any_values, grid,
+    is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -11,15 +12,19 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "coulomb_pos", unit: "{drive}", range: Range::NotNegative },
-        Parameter { name: "coulomb_neg", unit: "{drive}", range: Range::NotNegative },
-        Parameter { name: "viscous_pos", unit: "{drive}/{speed}", range: Range::Any },
-        Parameter { name: "viscous_neg", unit: "{drive}/{speed}", range: Range::Any },
+        Parameter::new("coulomb_pos", "{drive}", Range::NotNegative, |s, _| s.drive),
+        Parameter::new("coulomb_neg", "{drive}", Range::NotNegative, |s, _| s.drive),
+        Parameter::new("viscous_pos", "{drive}/{speed}", Range::Any, |s, _| s.drive / s.speed),
+        Parameter::new("viscous_neg", "{drive}/{speed}", Range::Any, |s, _| s.drive / s.speed),
     ],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(DirectionalFriction { coulomb: [p[0], p[1]], viscous: [p[2], p[3]] }),
     starts,
+    search: Starts::Grid(|s| {
+        grid([(0.3, 0.3), (0.1, 0.5), (0.5, 0.1)], |(pos, neg)| vec![pos * s.drive, neg * s.drive, 0.0, 0.0])
+    }),
+    family: Some(Family::Friction),
     excitation: "Motion at several speeds in both directions.",
     ties: &["coulomb_friction"],
     experiment: "Run the same ramp forward and back at two or more speeds: the steady effort differs between the directions.",

@@ -1,7 +1,9 @@
 //! A flexible shaft or belt between the actuator and what it moves: the drive passes a resonance
 //! `w^2/(s^2 + 2*damping*w*s + w^2)`, `w = 2 pi*frequency_hz`. In a linear loop it could as well be on the side of y.
 
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
+};
 use crate::plant::StateSpace;
 use crate::plant::zero_order_hold::discretise;
 
@@ -10,8 +12,8 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "frequency_hz", unit: "Hz", range: Range::Positive },
-        Parameter { name: "damping", unit: "1", range: Range::Between(0.0, 10.0) },
+        Parameter::new("frequency_hz", "Hz", Range::Positive, |s, _| 0.02 / s.sample_time_s),
+        Parameter::new("damping", "1", Range::Between(0.0, 10.0), |_, _| 1.0),
     ],
     applies: every_plant,
     consistent: any_values,
@@ -24,6 +26,10 @@ pub(super) static KIND: Kind = Kind {
         };
         hz.into_iter().map(|hz| vec![hz, 0.05]).collect()
     },
+    search: Starts::Grid(|s| {
+        grid([0.01, 0.025, 0.06, 0.15, 0.35], |part| vec![part / s.sample_time_s, 0.05])
+    }),
+    family: None,
     excitation: "Fast set-point changes or pulses that ring the mode.",
     ties: &["unmodelled_lag"],
     experiment: "Excite with pulses or a sweep around the suspected frequency: a mode rings, a lag does not.",

@@ -1,13 +1,15 @@
 //! A weaker actuator: what reaches the plant is `(1 - loss)*u`. Negative loss: a stronger one.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "gain_loss",
     place: Place::Actuator,
     begins: Begins::Later,
-    parameters: &[Parameter { name: "loss", unit: "1", range: Range::Between(-10.0, 1.0) }],
+    parameters: &[Parameter::new("loss", "1", Range::Between(-10.0, 1.0), |_, _| 1.0)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(GainLoss { gain: 1.0 - p[0] }),
@@ -19,6 +21,8 @@ pub(super) static KIND: Kind = Kind {
             vec![0.2, 0.5, -0.3]
         })
     },
+    search: Starts::Onset(Weight::Drive),
+    family: None,
     excitation: "Any motion or load that costs effort.",
     ties: &["inertia_change", "viscous_friction", "controller_gain"],
     experiment: "Apply a known load or payload: it anchors the scale of the force.",

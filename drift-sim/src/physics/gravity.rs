@@ -1,14 +1,17 @@
 //! Weight on a lever: force `amplitude*sin(x + phase)` against the drive, x in radians.
 
-use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Starts, any_values, grid, is_servo,
+    shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "gravity",
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "amplitude", unit: "{drive}", range: Range::Any },
-        Parameter { name: "phase", unit: "rad", range: Range::Any },
+        Parameter::new("amplitude", "{drive}", Range::Any, |s, _| s.drive),
+        Parameter::new("phase", "rad", Range::Any, |_, _| 1.0),
     ],
     applies: is_servo,
     consistent: any_values,
@@ -18,6 +21,11 @@ pub(super) static KIND: Kind = Kind {
             .map(|quarter| vec![0.5 * s.drive_scale, std::f64::consts::FRAC_PI_2 * f64::from(quarter)])
             .collect()
     },
+    search: Starts::Grid(|s| {
+        let points = [0.2, 0.6].into_iter().flat_map(|part| (0..4).map(move |quarter| (part, quarter)));
+        grid(points, |(part, quarter)| vec![part * s.drive, std::f64::consts::FRAC_PI_2 * f64::from(quarter)])
+    }),
+    family: Some(Family::Spring),
     excitation: "Holding or slow motion over a good part of a turn.",
     ties: &["stiffness", "load_step"],
     experiment: "Hold at several angles over half a turn.",

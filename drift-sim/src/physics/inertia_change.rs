@@ -3,14 +3,15 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, Weight, any_values,
+    is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "inertia_change",
     place: Place::Plant,
     begins: Begins::Later,
-    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::Between(1e-3, 1e3) }],
+    parameters: &[Parameter::new("ratio", "1", Range::Between(1e-3, 1e3), |_, _| 1.0).around(1.0)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(InertiaChange { ratio: p[0] }),
@@ -22,6 +23,8 @@ pub(super) static KIND: Kind = Kind {
                 .collect(),
         )
     },
+    search: Starts::Onset(Weight::Acceleration),
+    family: None,
     excitation: "Acceleration.",
     ties: &["gain_loss"],
     experiment: "Hold a constant speed or a known payload: inertia costs no effort there, a weaker actuator does.",

@@ -1,18 +1,22 @@
 //! A loss that grows with y: `-coefficient*y` on the drive (a leak, heat through a wall, back pressure).
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, Weight, any_values, shown,
+};
 use crate::plant::Plant;
 
 pub(super) static KIND: Kind = Kind {
     name: "leak",
     place: Place::Plant,
     begins: Begins::Either,
-    parameters: &[Parameter { name: "coefficient", unit: "{drive}/{y}", range: Range::NotNegative }],
+    parameters: &[Parameter::new("coefficient", "{drive}/{y}", Range::NotNegative, |s, _| s.drive / s.y)],
     applies: |plant| !matches!(plant, Plant::Servo(_)),
     consistent: any_values,
     effect: |p, _| Box::new(Leak { coefficient: p[0] }),
     starts: |s| singles(Signature::or_fractions(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
+    search: Starts::Onset(Weight::Output),
+    family: None,
     excitation: "Holding at two or more levels.",
     ties: &["radiation", "gain_loss", "load_step"],
     experiment: "Hold three levels far apart: a leak's extra effort is proportional to the level.",

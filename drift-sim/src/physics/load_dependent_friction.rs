@@ -4,13 +4,15 @@
 //! load it is the load.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, grid, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "load_dependent_friction",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "coefficient", unit: "1", range: Range::NotNegative }],
+    parameters: &[Parameter::new("coefficient", "1", Range::NotNegative, |_, _| 1.0)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(LoadDependentFriction { coefficient: p[0] }),
@@ -21,6 +23,8 @@ pub(super) static KIND: Kind = Kind {
             vec![0.1, 0.3]
         })
     },
+    search: Starts::Grid(|_| grid([0.1, 0.3, 0.6], |part| vec![part])),
+    family: Some(Family::Friction),
     excitation: "Motion under different loads.",
     ties: &["coulomb_friction", "gain_loss"],
     experiment: "Repeat the same slow motion with and without a known payload.",

@@ -1,17 +1,22 @@
 //! A load that grows: `rate_per_s*(t - onset)` is subtracted from the plant's drive.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
+    every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "load_ramp",
     place: Place::Disturbance,
     begins: Begins::Either,
-    parameters: &[Parameter { name: "rate_per_s", unit: "{drive}/s", range: Range::Any }],
+    parameters: &[Parameter::new("rate_per_s", "{drive}/s", Range::Any, |s, _| s.drive / s.duration_s)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(LoadRamp { rate_per_s: p[0], onset_s: context.onset_s }),
     starts: |s| singles(Signature::or_both_signs(-s.drive_rate, s.drive_scale / s.duration_s.max(1e-300))),
+    search: Starts::Ramp(Weight::Load),
+    family: Some(Family::Ramp),
     excitation: "A recording that is long against the ramp.",
     ties: &["sensor_drift", "load_step"],
     experiment: "Compare with a second sensor: a load leaves the sensor right.",

@@ -1,17 +1,22 @@
 //! A constant load from the onset on, subtracted from the plant's drive.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
+    every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "load_step",
     place: Place::Disturbance,
     begins: Begins::Either,
-    parameters: &[Parameter { name: "level", unit: "{drive}", range: Range::Any }],
+    parameters: &[Parameter::new("level", "{drive}", Range::Any, |s, _| s.drive)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(LoadStep { level: p[0] }),
     starts: |s| singles(Signature::or_both_signs(-s.drive_shift, s.drive_scale)),
+    search: Starts::Onset(Weight::Load),
+    family: Some(Family::Offset),
     excitation: "The onset within the recording, or a load that a nominal model should not need.",
     ties: &["sensor_bias", "injected_signal", "gravity"],
     experiment: "Change the set-point: a load keeps its size, a bias moves with the plant's gain.",

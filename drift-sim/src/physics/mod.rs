@@ -8,7 +8,9 @@
 //! To add physics: write one file, add one row to [`KINDS`].
 
 mod effect;
+mod scales;
 mod signature;
+mod starts;
 mod units;
 
 mod backlash;
@@ -47,7 +49,9 @@ mod unmodelled_lag;
 mod viscous_friction;
 
 pub use effect::{Context, Effect, Hook, Motion, Numbers};
+pub use scales::Scales;
 pub use signature::Signature;
+pub use starts::{Over, Start, Starts, Weight, grid};
 pub use stiction::stem;
 pub use units::{UnitNames, Units, digits, shown, significant, with_unit};
 
@@ -181,6 +185,61 @@ pub struct Parameter {
     pub unit: &'static str,
     /// What it may be.
     pub range: Range,
+    /// How far it typically has to move for the loop to change, from the recording's scales and the value that a fit starts at.
+    pub scale: fn(&Scales, f64) -> f64,
+    /// Whether the loop changes smoothly with it: else a fit takes longer steps and tries its values one by one.
+    pub smooth: bool,
+    /// Its value at which the term does nothing.
+    pub neutral: f64,
+    /// Its value where a file leaves it out; `None`: it may not be left out.
+    pub default: Option<f64>,
+}
+
+impl Parameter {
+    /// A parameter that has to be stated and that the loop follows smoothly.
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        range: Range,
+        scale: fn(&Scales, f64) -> f64,
+    ) -> Self {
+        Self { name, unit, range, scale, smooth: true, neutral: 0.0, default: None }
+    }
+
+    /// The same where the loop answers in jumps (gaps, bands, limits).
+    const fn rough(mut self) -> Self {
+        self.smooth = false;
+        self
+    }
+
+    /// The same where the term does nothing at this value.
+    const fn around(mut self, neutral: f64) -> Self {
+        self.neutral = neutral;
+        self
+    }
+
+    /// The same with a value for where a file leaves it out.
+    const fn or(mut self, value: f64) -> Self {
+        self.default = Some(value);
+        self
+    }
+}
+
+/// Kinds that often can't be told from each other, and where the simplest that does is named, the others beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Dry friction, whatever it depends on.
+    Friction,
+    /// An offset of sensor or load.
+    Offset,
+    /// A ramp of sensor or load.
+    Ramp,
+    /// The response is late.
+    Lag,
+    /// Play and sticking between u and the plant.
+    Play,
+    /// A force that depends on the position.
+    Spring,
 }
 
 /// Everything that is known of one piece of physics.
@@ -201,6 +260,10 @@ pub struct Kind {
     pub effect: fn(&[f64], &Context) -> Box<dyn Effect>,
     /// Starting values for a fit, from what a recording shows; at least one set, each inside the ranges.
     pub starts: fn(&Signature) -> Vec<Vec<f64>>,
+    /// Where a search of the likelihood begins.
+    pub search: Starts,
+    /// Which kinds it often can't be told from.
+    pub family: Option<Family>,
     /// What a recording must contain for the term to show.
     pub excitation: &'static str,
     /// Kinds that can leave the same traces.
@@ -280,12 +343,11 @@ impl Term {
                 .allowed(kind.parameter_names()));
         }
         let value = |parameter: &Parameter| {
-            parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value).ok_or_else(
-                || {
-                    Error::new(format!("{} lacks the parameter '{}'", kind.name, parameter.name))
-                        .allowed(format!("needed: {}", kind.parameter_names()))
-                },
-            )
+            let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
+            given.or(parameter.default).ok_or_else(|| {
+                Error::new(format!("{} lacks the parameter '{}'", kind.name, parameter.name))
+                    .allowed(format!("needed: {}", kind.parameter_names()))
+            })
         };
         let parameters = kind.parameters.iter().map(value).collect::<Result<Vec<_>>>()?;
         let term = Self { kind, parameters, onset_s: 0.0, spans: Vec::new() };
@@ -383,18 +445,44 @@ mod tests {
         }
     }
 
+    /// Parameters of the size of the signals.
+    fn typical(kind: &Kind) -> Vec<f64> {
+        let scales = Scales::default();
+        if let Starts::Grid(points) = kind.search {
+            return points(&scales).remove(0).parameters;
+        }
+        kind.parameters.iter().map(|p| p.neutral + 0.3 * (p.scale)(&scales, 1.0)).collect()
+    }
+
     #[test]
-    fn every_start_is_allowed_also_for_an_empty_signature() {
-        let typical =
-            Signature { drive_scale: 3.0, y_scale: 2.0, u_scale: 5.0, jump: 1.0, ..Signature::default() };
+    fn every_start_is_allowed() {
+        let scales = Scales { drive: 3.0, y: 2.0, u: 5.0, ..Scales::default() };
         for kind in KINDS {
-            for signature in [Signature::default(), typical.clone()] {
-                let starts = (kind.starts)(&signature);
-                assert!(!starts.is_empty(), "{}", kind.name);
-                for parameters in starts {
-                    let term = Term { kind, parameters, onset_s: 0.0, spans: vec![(0.0, 1.0)] };
-                    term.check().unwrap();
-                }
+            let starts = match kind.search {
+                Starts::Grid(points) => points(&scales).into_iter().map(|start| start.parameters).collect(),
+                _ => vec![typical(kind)],
+            };
+            assert!(!starts.is_empty(), "{}", kind.name);
+            for parameters in starts {
+                let parameters = if kind.name == "saturation" { vec![-1.0, 1.0] } else { parameters };
+                let term = Term { kind, parameters, onset_s: 0.0, spans: vec![(0.0, 1.0)] };
+                term.check().unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn a_family_has_more_than_one_kind_and_a_start_matches_its_parameters() {
+        for kind in KINDS {
+            let same = KINDS.iter().filter(|other| other.family.is_some() && other.family == kind.family);
+            assert!(kind.family.is_none() || same.count() > 1, "{}", kind.name);
+            if let Starts::Grid(points) = kind.search {
+                let all = points(&Scales::default());
+                assert!(
+                    all.iter().all(|start| start.parameters.len() == kind.parameters.len()),
+                    "{}",
+                    kind.name
+                );
             }
         }
     }
@@ -403,8 +491,7 @@ mod tests {
     fn every_kind_says_one_sentence_with_its_numbers() {
         let units = UnitNames { drive: "N".into(), y: "m".into(), ..UnitNames::default() };
         for kind in KINDS {
-            let parameters = (kind.starts)(&Signature::default()).remove(0);
-            let says = (kind.says)(&parameters, &units);
+            let says = (kind.says)(&typical(kind), &units);
             assert!(says.ends_with('.') && !says.contains(['{', '\n']), "{says}");
         }
     }

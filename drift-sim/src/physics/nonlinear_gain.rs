@@ -2,17 +2,25 @@
 //! in the unit of u nothing changes.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Start, Starts, any_values, every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "nonlinear_gain",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "exponent", unit: "1", range: Range::Between(0.05, 20.0) }],
+    parameters: &[Parameter::new("exponent", "1", Range::Between(0.05, 20.0), |_, _| 1.0).around(1.0)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(NonlinearGain { exponent: p[0] }),
     starts: |_| singles(vec![0.7, 1.4]),
+    search: Starts::Grid(|s| {
+        // The gain beside it so that the drive keeps its size.
+        let start = |p: f64| Start { gain: (1.0 - p) * libm::log(s.u_size), ..Start::of(vec![p]) };
+        [0.6, 0.8, 1.25, 1.6].map(start).to_vec()
+    }),
+    family: None,
     excitation: "Small and large u.",
     ties: &["saturation", "gain_loss"],
     experiment: "Hold several levels over the whole range of u: the gain changes steadily, not at an edge.",

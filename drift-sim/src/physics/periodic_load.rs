@@ -1,23 +1,30 @@
-//! A periodic load: `amplitude*sin(2 pi*frequency_hz*t)` is subtracted from the plant's drive, t from the start of the run.
+//! A periodic load: `amplitude*sin(2 pi*frequency_hz*t + phase)` is subtracted from the plant's drive, t from the start of the run.
 
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Over, Parameter, Place, Range, Starts, any_values, every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "periodic_load",
     place: Place::Disturbance,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "amplitude", unit: "{drive}", range: Range::Any },
-        Parameter { name: "frequency_hz", unit: "Hz", range: Range::Positive },
+        Parameter::new("amplitude", "{drive}", Range::Any, |s, _| s.drive),
+        Parameter::new("frequency_hz", "Hz", Range::Positive, |s, _| 1.0 / s.duration_s),
+        Parameter::new("phase", "rad", Range::Any, |_, _| 1.0).or(0.0),
     ],
     applies: every_plant,
     consistent: any_values,
-    effect: |p, _| Box::new(PeriodicLoad { amplitude: p[0], rate: std::f64::consts::TAU * p[1] }),
+    effect: |p, _| {
+        Box::new(PeriodicLoad { amplitude: p[0], rate: std::f64::consts::TAU * p[1], phase: p[2] })
+    },
     starts: |s| {
         let hz = if s.peak_hz > 0.0 { s.peak_hz } else { 5.0 / s.duration_s.max(1e-300) };
         let amplitude = if s.peak_amplitude > 0.0 { s.peak_amplitude } else { 0.3 * s.drive_scale };
-        vec![vec![amplitude, hz], vec![-amplitude, hz]]
+        vec![vec![amplitude, hz, 0.0], vec![-amplitude, hz, 0.0]]
     },
+    search: Starts::Wave(Over::Time),
+    family: None,
     excitation: "Several periods.",
     ties: &["cogging"],
     experiment: "Repeat at half the speed: a periodic load keeps its period over time, cogging over position.",
@@ -30,6 +37,7 @@ pub(super) static KIND: Kind = Kind {
 struct PeriodicLoad {
     amplitude: f64,
     rate: f64,
+    phase: f64,
 }
 
 impl Effect for PeriodicLoad {
@@ -38,7 +46,7 @@ impl Effect for PeriodicLoad {
     }
 
     fn load(&self, t: f64, h: f64) -> f64 {
-        self.amplitude * libm::sin(self.rate * (t + 0.5 * h))
+        self.amplitude * libm::sin(self.rate * (t + 0.5 * h) + self.phase)
     }
 
     fn copy(&self) -> Box<dyn Effect> {

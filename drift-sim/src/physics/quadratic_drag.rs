@@ -1,13 +1,17 @@
 //! Drag that grows with the square of the speed (fans, ships, fast vehicles): `coefficient*v*|v|` against the motion.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, any_values, is_servo, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Starts, any_values, grid, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "quadratic_drag",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "coefficient", unit: "{drive}/{speed}^2", range: Range::NotNegative }],
+    parameters: &[Parameter::new("coefficient", "{drive}/{speed}^2", Range::NotNegative, |s, _| {
+        s.drive / (s.speed * s.speed)
+    })],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(QuadraticDrag { coefficient: p[0] }),
@@ -15,6 +19,8 @@ pub(super) static KIND: Kind = Kind {
         let square = (s.speed_scale * s.speed_scale).max(1e-300);
         singles([0.1, 0.5].map(|part| part * s.drive_scale / square).to_vec())
     },
+    search: Starts::Grid(|s| grid([0.1, 0.5], |part| vec![part * s.drive / (s.speed * s.speed)])),
+    family: None,
     excitation: "Motion at two or more speeds that differ by a factor of two.",
     ties: &["viscous_friction"],
     experiment: "Hold three constant speeds: the effort grows with the square of the speed, not in proportion.",

@@ -1,14 +1,14 @@
 //! A limit between u and the plant that the controller does not know of: u is clipped to `[lower, upper]`.
 
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, every_plant, shown};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, every_plant, grid, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "saturation",
     place: Place::Actuator,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "lower", unit: "{u}", range: Range::Any },
-        Parameter { name: "upper", unit: "{u}", range: Range::Any },
+        Parameter::new("lower", "{u}", Range::Any, |s, _| s.u).rough(),
+        Parameter::new("upper", "{u}", Range::Any, |s, _| s.u).rough(),
     ],
     applies: every_plant,
     consistent,
@@ -17,6 +17,16 @@ pub(super) static KIND: Kind = Kind {
         Some((lower, upper)) if lower < upper => vec![vec![lower, upper]],
         _ => [1.0, 2.0].iter().map(|k| vec![-k * s.u_scale, k * s.u_scale]).collect(),
     },
+    search: Starts::Grid(|s| {
+        let shares = [0.97, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4];
+        let both = s.u_sizes.iter().copied().chain(shares.map(|part| part * s.u_most));
+        let mut starts = grid(both, |limit| vec![-limit, limit]);
+        starts.extend(grid(s.u_upper.iter().copied(), |limit| vec![s.u_lowest, limit]));
+        starts.extend(grid(s.u_lower.iter().copied(), |limit| vec![limit, s.u_highest]));
+        starts.retain(|start| start.parameters[0] < start.parameters[1]);
+        starts
+    }),
+    family: None,
     excitation: "u beyond the limit.",
     ties: &["rate_limit", "nonlinear_gain"],
     experiment: "Step the reference by different sizes: beyond a limit the response no longer grows with the step.",

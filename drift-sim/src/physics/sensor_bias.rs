@@ -1,17 +1,22 @@
 //! A sensor that is off by a constant: `bias` is added to y, from the onset on or within the term's spans.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
+    every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_bias",
     place: Place::Sensor,
     begins: Begins::Later,
-    parameters: &[Parameter { name: "bias", unit: "{y}", range: Range::Any }],
+    parameters: &[Parameter::new("bias", "{y}", Range::Any, |s, _| s.y)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(SensorBias { bias: p[0], spans: context.spans.to_vec() }),
     starts: |s| singles(Signature::or_both_signs(s.y_shift, s.y_scale)),
+    search: Starts::Onset(Weight::Sensor),
+    family: Some(Family::Offset),
     excitation: "The onset within the recording, or a plant that does not integrate.",
     ties: &["load_step", "sensor_drift"],
     experiment: "Bring the plant to a known zero, or change the load: a bias stays, a load does not.",

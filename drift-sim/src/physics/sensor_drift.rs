@@ -5,15 +5,18 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
+    every_plant, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_drift",
     place: Place::Sensor,
     begins: Begins::Later,
     parameters: &[
-        Parameter { name: "rate_per_s", unit: "{y}/s", range: Range::Any },
-        Parameter { name: "noise_growth_per_s", unit: "{y}/s", range: Range::NotNegative },
+        Parameter::new("rate_per_s", "{y}/s", Range::Any, |s, _| s.y / s.duration_s),
+        Parameter::new("noise_growth_per_s", "{y}/s", Range::NotNegative, |s, _| s.y / s.duration_s).or(0.0),
     ],
     applies: every_plant,
     consistent: any_values,
@@ -31,6 +34,8 @@ pub(super) static KIND: Kind = Kind {
             .map(|rate| vec![rate, 0.0])
             .collect()
     },
+    search: Starts::Ramp(Weight::Sensor),
+    family: Some(Family::Ramp),
     excitation: "A recording that is long against the drift.",
     ties: &["load_ramp", "sensor_bias"],
     experiment: "Compare with a second sensor, or bring the plant to a known zero twice.",

@@ -3,17 +3,22 @@
 //! cycle that no tuning of the gain removes.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, grid,
+    shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_hysteresis",
     place: Place::Sensor,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "width", unit: "{y}", range: Range::NotNegative }],
+    parameters: &[Parameter::new("width", "{y}", Range::NotNegative, |s, _| s.y).rough()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorHysteresis { half: 0.5 * p[0], shown: None }),
     starts: |s| singles(Signature::or_fractions(0.0, s.y_scale)),
+    search: Starts::Grid(|s| grid([0.01, 0.03, 0.1, 0.3, 1.0], |part| vec![part * s.y])),
+    family: None,
     excitation: "Reversals of y.",
     ties: &["backlash", "stiction"],
     experiment: "Reverse y once fast and once slowly: play at the sensor costs the same way of y both times, play at the actuator the same change of u.",

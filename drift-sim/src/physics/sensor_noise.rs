@@ -3,18 +3,21 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, every_plant, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "sensor_noise",
     place: Place::Sensor,
     begins: Begins::Later,
-    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::NotNegative }],
+    parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0).around(1.0)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorNoise { ratio: p[0] }),
     starts: |s| singles(Signature::or_ratios(s.noise_ratio, &[2.0, 4.0])),
+    search: Starts::NoiseChange,
+    family: None,
     excitation: "The onset within the recording, or a healthy recording beside it.",
     ties: &["sensor_drift"],
     experiment: "Hold still before and after: noise alone changes.",

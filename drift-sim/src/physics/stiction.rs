@@ -1,15 +1,17 @@
 //! A sticking valve: the stem stays until `|u - stem| > stick_band`, then goes to
 //! `u - sign(u - stem)*(stick_band - slip_jump)`.
 
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "stiction",
     place: Place::Actuator,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "stick_band", unit: "{u}", range: Range::NotNegative },
-        Parameter { name: "slip_jump", unit: "{u}", range: Range::NotNegative },
+        Parameter::new("stick_band", "{u}", Range::NotNegative, |s, _| s.u).rough(),
+        Parameter::new("slip_jump", "{u}", Range::NotNegative, |s, _| s.u).rough(),
     ],
     applies: every_plant,
     consistent: any_values,
@@ -22,6 +24,12 @@ pub(super) static KIND: Kind = Kind {
         };
         bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band])).collect()
     },
+    search: Starts::Grid(|s| {
+        let bands = (0..40).map(|i| 0.003 * libm::pow(300.0, f64::from(i) / 39.0));
+        let points = bands.flat_map(|band| [0.12, 0.3, 0.45].map(|jump| (band, jump)));
+        grid(points, |(band, jump)| vec![band * s.u_range, jump * band * s.u_range])
+    }),
+    family: Some(Family::Play),
     excitation: "Slow changes of u, also in one direction.",
     ties: &["backlash"],
     experiment: "Ramp the reference slowly one way: a sticking valve moves in jumps, backlash does not.",

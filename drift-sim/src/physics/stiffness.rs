@@ -2,18 +2,21 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, any_values,
+    is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "stiffness",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "stiffness", unit: "{drive}/{position}", range: Range::Any }],
+    parameters: &[Parameter::new("stiffness", "{drive}/{position}", Range::Any, |s, _| s.drive / s.position)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(Stiffness { stiffness: p[0] }),
     starts: |s| singles(Signature::or_both_signs(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
+    search: Starts::Proportional,
+    family: Some(Family::Spring),
     excitation: "Holding at two or more positions.",
     ties: &["gravity"],
     experiment: "Hold at several positions over the whole range: a spring's effort is a straight line, gravity's a sine.",

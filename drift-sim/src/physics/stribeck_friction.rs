@@ -1,21 +1,29 @@
 //! Stribeck friction: dry friction that is higher at rest than in motion,
 //! `coulomb + (breakaway - coulomb)*exp(-(v/stribeck_speed)^2)`.
 
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, is_servo, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, grid, is_servo, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "stribeck_friction",
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter { name: "coulomb", unit: "{drive}", range: Range::NotNegative },
-        Parameter { name: "breakaway", unit: "{drive}", range: Range::NotNegative },
-        Parameter { name: "stribeck_speed", unit: "{speed}", range: Range::Positive },
+        Parameter::new("coulomb", "{drive}", Range::NotNegative, |s, _| s.drive),
+        Parameter::new("breakaway", "{drive}", Range::NotNegative, |s, _| s.drive),
+        Parameter::new("stribeck_speed", "{speed}", Range::Positive, |s, _| s.speed),
     ],
     applies: is_servo,
     consistent,
     effect: |p, _| Box::new(StribeckFriction { coulomb: p[0], excess: p[1] - p[0], stribeck_speed: p[2] }),
     starts,
+    search: Starts::Grid(|s| {
+        let points = [0.15, 0.35].into_iter().flat_map(|low| [0.2, 0.5].map(|more| (low, more)));
+        let points = points.flat_map(|(low, more)| [0.06, 0.15].map(|speed| (low, more, speed)));
+        grid(points, |(low, more, speed)| vec![low * s.drive, (low + more) * s.drive, speed * s.speed])
+    }),
+    family: Some(Family::Friction),
     excitation: "Slow motion and stops as well as fast motion.",
     ties: &["coulomb_friction"],
     experiment: "Repeat slow starts from rest: a breakaway above the running friction shows as a jump.",

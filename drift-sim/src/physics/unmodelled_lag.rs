@@ -2,17 +2,22 @@
 //! loop it could as well be in the sensor.
 
 use super::signature::singles;
-use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, any_values, every_plant, shown};
+use super::{
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
+    grid, shown,
+};
 
 pub(super) static KIND: Kind = Kind {
     name: "unmodelled_lag",
     place: Place::Loop,
     begins: Begins::Start,
-    parameters: &[Parameter { name: "time_constant_s", unit: "s", range: Range::Positive }],
+    parameters: &[Parameter::new("time_constant_s", "s", Range::Positive, |s, _| 10.0 * s.sample_time_s)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(UnmodelledLag::new(context.substep_s / p[0])),
     starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
+    search: Starts::Grid(|s| grid([1.5, 4.0, 8.0, 15.0, 30.0], |samples| vec![samples * s.sample_time_s])),
+    family: Some(Family::Lag),
     excitation: "Edges in r that are sharp against the lag.",
     ties: &["delay", "sensor_lag", "rate_limit"],
     experiment: "Step the reference sharply: a lag begins at once and loses gain at high frequency, a delay does neither.",

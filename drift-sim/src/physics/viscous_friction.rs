@@ -2,18 +2,21 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, any_values, is_servo, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, Weight, any_values,
+    is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
     name: "viscous_friction",
     place: Place::Plant,
     begins: Begins::Later,
-    parameters: &[Parameter { name: "ratio", unit: "1", range: Range::NotNegative }],
+    parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0).around(1.0)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(ViscousFriction { ratio: p[0] }),
     starts: |s| singles(Signature::or_ratios(s.viscous_ratio, &[0.5, 2.0])),
+    search: Starts::Onset(Weight::Viscous),
+    family: None,
     excitation: "Motion at speed.",
     ties: &["quadratic_drag", "gain_loss", "leak"],
     experiment: "Hold several constant speeds: the effort stays proportional to the speed.",

@@ -4,6 +4,7 @@
 //! force (servo), the steady value of y (first-order), u itself (state-space, transfer function) or a flow (tank).
 
 mod first_order;
+mod number;
 mod servo;
 mod state_space;
 mod tank;
@@ -11,6 +12,7 @@ mod transfer_function;
 pub mod zero_order_hold;
 
 pub use first_order::FirstOrder;
+pub use number::{Number, Role};
 pub use servo::{Output, Servo};
 pub use state_space::StateSpace;
 pub use tank::Tank;
@@ -77,6 +79,32 @@ impl Plant {
             Self::FirstOrder(p) => p.delay_s,
             Self::TransferFunction(p) => p.delay_s,
             _ => 0.0,
+        }
+    }
+
+    /// Its own numbers, which a fit may move, in the order of [`Plant::with_numbers`]. What only scales all the others (a servo's
+    /// actuator gain against inertia and viscous friction) is not among them.
+    pub fn numbers(&self) -> Vec<Number> {
+        match self {
+            Self::Servo(p) => p.numbers(),
+            Self::FirstOrder(p) => p.numbers(),
+            Self::StateSpace(p) => p.numbers(),
+            Self::TransferFunction(p) => p.numbers(),
+            Self::Tank(p) => p.numbers(),
+            Self::Identify => Vec::new(),
+        }
+    }
+
+    /// The same plant with its numbers replaced, in the order of [`Plant::numbers`].
+    #[must_use]
+    pub fn with_numbers(&self, values: &[f64]) -> Self {
+        match self {
+            Self::Servo(p) => Self::Servo(p.with_numbers(values)),
+            Self::FirstOrder(p) => Self::FirstOrder(p.with_numbers(values)),
+            Self::StateSpace(p) => Self::StateSpace(p.with_numbers(values)),
+            Self::TransferFunction(p) => Self::TransferFunction(p.with_numbers(values)),
+            Self::Tank(p) => Self::Tank(p.with_numbers(values)),
+            Self::Identify => Self::Identify,
         }
     }
 

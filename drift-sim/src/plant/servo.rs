@@ -1,6 +1,7 @@
 //! A mass on a drive: `inertia*dv/dt = actuator_gain*u - viscous*v`, `dx/dt = v`.
 
-use super::StateSpace;
+use super::number::put;
+use super::{Number, Role, StateSpace};
 
 /// What is measured of the mass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +31,18 @@ pub struct Servo {
 }
 
 impl Servo {
+    pub(super) fn numbers(&self) -> Vec<Number> {
+        vec![
+            Number::new("inertia", self.inertia, Role::Inertia),
+            Number::new("viscous", self.viscous, Role::Viscous),
+        ]
+    }
+
+    pub(super) fn with_numbers(mut self, values: &[f64]) -> Self {
+        put(values, [&mut self.inertia, &mut self.viscous]);
+        self
+    }
+
     /// From force to output; states: position, speed.
     pub(super) fn state_space(&self) -> StateSpace {
         let c = match self.output {

@@ -1,5 +1,8 @@
 //! A tank that drains by its own head: `area*dh/dt = inflow_gain*u - outflow*sqrt(h)`, `h >= 0` (Torricelli).
 
+use super::number::put;
+use super::{Number, Role};
+
 /// Parameters of the tank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tank {
@@ -12,6 +15,18 @@ pub struct Tank {
 }
 
 impl Tank {
+    pub(super) fn numbers(&self) -> Vec<Number> {
+        vec![
+            Number::new("inflow_gain", self.inflow_gain, Role::Gain),
+            Number::new("outflow", self.outflow, Role::Shape),
+        ]
+    }
+
+    pub(super) fn with_numbers(mut self, values: &[f64]) -> Self {
+        put(values, [&mut self.inflow_gain, &mut self.outflow]);
+        self
+    }
+
     /// dh/dt at a level under a net drive (a flow).
     #[inline]
     pub(crate) fn rate(&self, level: f64, drive: f64) -> f64 {

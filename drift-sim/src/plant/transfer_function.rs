@@ -1,7 +1,8 @@
 //! A transfer function `num(s)/den(s)*exp(-delay_s*s)` from `u + offset` to y, coefficients from the highest power of s
 //! down.
 
-use super::StateSpace;
+use super::number::put;
+use super::{Number, Role, StateSpace};
 
 /// Coefficients and dead time.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,46 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
+    /// The coefficients that are not zero (but for the first of the denominator, which only scales the others), the dead time and the
+    /// offset where there are any.
+    pub(super) fn numbers(&self) -> Vec<Number> {
+        let mut plant = self.clone();
+        let names = self.names();
+        plant
+            .slots()
+            .into_iter()
+            .zip(names)
+            .map(|(slot, (name, role))| Number::new(name, *slot, role))
+            .collect()
+    }
+
+    pub(super) fn with_numbers(&self, values: &[f64]) -> Self {
+        let mut plant = self.clone();
+        put(values, plant.slots());
+        plant
+    }
+
+    fn names(&self) -> Vec<(String, Role)> {
+        let of = |what: &str, coefficients: &[f64], role, skip: usize| -> Vec<(String, Role)> {
+            let numbered = coefficients.iter().enumerate().skip(skip).filter(|(_, c)| **c != 0.0);
+            numbered.map(|(i, _)| (format!("{what}[{i}]"), role)).collect()
+        };
+        let mut names = of("num", &self.num, Role::Gain, 0);
+        names.extend(of("den", &self.den, Role::Shape, 1));
+        names.extend((self.delay_s > 0.0).then(|| ("delay_s".to_owned(), Role::Delay)));
+        names.push(("offset".to_owned(), Role::Offset));
+        names
+    }
+
+    fn slots(&mut self) -> Vec<&mut f64> {
+        let nonzero = |c: &&mut f64| **c != 0.0;
+        let mut slots: Vec<&mut f64> = self.num.iter_mut().filter(nonzero).collect();
+        slots.extend(self.den.iter_mut().skip(1).filter(nonzero));
+        slots.extend(Some(&mut self.delay_s).filter(|delay| **delay > 0.0));
+        slots.push(&mut self.offset);
+        slots
+    }
+
     /// The controllable canonical form.
     pub(super) fn state_space(&self) -> StateSpace {
         let order = self.den.len().saturating_sub(1);

@@ -127,6 +127,22 @@ impl Body {
         }
     }
 
+    /// dy/dt at this moment, given the drive held until now.
+    #[inline]
+    pub fn rate(&self, held: f64) -> f64 {
+        match self {
+            Self::One(p) => p.rate(held),
+            Self::Two(p) => p.rate(held),
+            Self::Three(p) => p.rate(held),
+            Self::Four(p) => p.rate(held),
+            Self::Eight(p) => p.rate(held),
+            Self::Sixteen(p) => p.rate(held),
+            Self::Linear(p) => p.rate(held),
+            Self::Servo(p) => p.rate(),
+            Self::Tank(p) => p.rate(held),
+        }
+    }
+
     /// Moves on by one sample; gives the drive at its end.
     #[inline]
     pub fn advance(

@@ -13,6 +13,9 @@ pub(super) struct Exact<const N: usize> {
     newer: [f64; N],
     c: [f64; N],
     d: f64,
+    /// dy/dt from the state and from the drive.
+    rate_state: [f64; N],
+    rate_drive: f64,
     pub x: [f64; N],
 }
 
@@ -43,6 +46,8 @@ impl<const N: usize> Exact<N> {
             newer: padded(&rest.gamma),
             c: padded(&plant.c),
             d: plant.d,
+            rate_state: padded(&plant.rate_of_output().0),
+            rate_drive: plant.rate_of_output().1,
             x: [0.0; N],
         })
     }
@@ -50,6 +55,12 @@ impl<const N: usize> Exact<N> {
     #[inline]
     pub fn output(&self, held: f64) -> f64 {
         self.c.iter().zip(&self.x).map(|(c, x)| c * x).sum::<f64>() + self.d * held
+    }
+
+    /// dy/dt under the drive held until now.
+    #[inline]
+    pub fn rate(&self, held: f64) -> f64 {
+        self.rate_state.iter().zip(&self.x).map(|(c, x)| c * x).sum::<f64>() + self.rate_drive * held
     }
 
     #[inline]

@@ -15,6 +15,9 @@ pub(super) struct Linear {
     half_drive: f64,
     c: Vec<f64>,
     d: f64,
+    /// dy/dt from the state and from the drive.
+    rate_state: Vec<f64>,
+    rate_drive: f64,
     pub x: Vec<f64>,
     next: Vec<f64>,
 }
@@ -37,6 +40,8 @@ impl Linear {
             gamma: whole.gamma,
             c: plant.c.clone(),
             d: plant.d,
+            rate_state: plant.rate_of_output().0,
+            rate_drive: plant.rate_of_output().1,
             x: vec![0.0; n],
             next: vec![0.0; n],
         })
@@ -45,6 +50,12 @@ impl Linear {
     #[inline]
     pub fn output(&self, held: f64) -> f64 {
         dot(&self.c, &self.x) + self.d * held
+    }
+
+    /// dy/dt under the drive held until now, without the forces.
+    #[inline]
+    pub fn rate(&self, held: f64) -> f64 {
+        dot(&self.rate_state, &self.x) + self.rate_drive * held
     }
 
     /// One sub-step under `drive` and the force that depends on the output.

@@ -182,7 +182,7 @@ impl Simulation {
         let (true_y, y) = self.measure(inputs);
         let law = self.law.step(r, y);
         let u = self.terms.command(self.tick, law);
-        self.advance(u, inputs);
+        self.advance(u, inputs, 0.0);
         Step { y, u, true_y, drive: self.held_drive }
     }
 
@@ -191,7 +191,7 @@ impl Simulation {
     pub fn replay_step(&mut self, u: f64, inputs: &[f64]) -> Step {
         self.change();
         let (true_y, y) = self.measure(inputs);
-        self.advance(u, inputs);
+        self.advance(u, inputs, 0.0);
         Step { y, u, true_y, drive: self.held_drive }
     }
 
@@ -201,8 +201,24 @@ impl Simulation {
         let (true_y, y) = self.measure(inputs);
         let law = self.law.step(r, measured);
         self.terms.command(self.tick, law);
-        self.advance(u, inputs);
+        self.advance(u, inputs, 0.0);
         Step { y, u, true_y, drive: self.held_drive }
+    }
+
+    /// The next sample as the sensor will show it, and dy/dt there: the first half of a sample, which [`Simulation::hold`] ends. Between
+    /// the two an observer may [`correct`](Simulation::correct) the state.
+    #[inline]
+    pub fn predict(&mut self, inputs: &[f64]) -> (f64, f64) {
+        self.change();
+        let rate = self.body.rate(self.held_drive);
+        (self.measure(inputs).1, rate)
+    }
+
+    /// Holds the controller's output as recorded until the next sample, under a load (subtracted from the drive) beside those of
+    /// the terms.
+    #[inline]
+    pub fn hold(&mut self, u: f64, inputs: &[f64], load: f64) {
+        self.advance(u, inputs, load);
     }
 
     /// The plant's state before the next sample: a servo's position and speed, a tank's level, or the states of the
@@ -212,6 +228,7 @@ impl Simulation {
     }
 
     /// Corrects the state, as an observer does: these are added to it, and what the sensor shows moves along.
+    #[inline]
     pub fn correct(&mut self, by: impl Iterator<Item = f64>) {
         let before = self.body.output(self.held_drive);
         for (state, by) in self.body.state_mut().iter_mut().zip(by) {
@@ -219,6 +236,19 @@ impl Simulation {
         }
         let after = self.body.output(self.held_drive);
         self.terms.correct(after - before);
+    }
+
+    /// The same for a filter: from the state `first` on, each by its gain times `error`.
+    #[inline]
+    pub fn correct_from(&mut self, first: usize, gains: &[f64], error: f64) {
+        let heeds = self.terms.heeds_corrections();
+        let before = if heeds { self.body.output(self.held_drive) } else { 0.0 };
+        for (state, gain) in self.body.state_mut().iter_mut().skip(first).zip(gains) {
+            *state += gain * error;
+        }
+        if heeds {
+            self.terms.correct(self.body.output(self.held_drive) - before);
+        }
     }
 
     /// The controller's integrator, in the unit of u.
@@ -269,11 +299,11 @@ impl Simulation {
     }
 
     #[inline]
-    fn advance(&mut self, u: f64, inputs: &[f64]) {
+    fn advance(&mut self, u: f64, inputs: &[f64], load: f64) {
         let t = self.time_s();
         let w = self.terms.actuator(self.tick, t, u + self.entering(Enters::Actuator, inputs));
         let (older, newer) = self.line.push(w);
-        let offset = self.drive_offset - self.entering(Enters::Load, inputs);
+        let offset = self.drive_offset - self.entering(Enters::Load, inputs) - load;
         let (tick, part, gain) = (self.tick, self.line.part, self.drive_gain);
         let sample = Sample { tick, t, older, newer, part, gain, offset };
         self.held_drive = self.body.advance(&sample, &mut self.terms, self.sample_time_s, self.substeps);

@@ -13,6 +13,8 @@ pub(super) struct ServoBody {
     output: Output,
     h: f64,
     whole: Decay,
+    /// dv/dt over the last sub-step.
+    acceleration: f64,
     /// Position and speed.
     pub x: [f64; 2],
 }
@@ -61,6 +63,7 @@ impl ServoBody {
             output,
             h: substep_s,
             whole: Decay::new(viscous * substep_s / inertia),
+            acceleration: 0.0,
             x: [0.0; 2],
         }
     }
@@ -73,9 +76,25 @@ impl ServoBody {
         }
     }
 
+    /// dy/dt, of a speed as it was over the last sub-step.
+    #[inline]
+    pub fn rate(&self) -> f64 {
+        match self.output {
+            Output::Position => self.x[1],
+            Output::Speed => self.acceleration,
+        }
+    }
+
     /// One sub-step.
     #[inline]
     pub fn substep<F: Fn(Motion) -> f64, D: Fn(f64, f64, f64) -> f64>(&mut self, acting: &Acting<F, D>) {
+        let before = self.x[1];
+        self.move_on(acting);
+        self.acceleration = (self.x[1] - before) / self.h;
+    }
+
+    #[inline]
+    fn move_on<F: Fn(Motion) -> f64, D: Fn(f64, f64, f64) -> f64>(&mut self, acting: &Acting<F, D>) {
         let [x, v] = self.x;
         let outside = |position, velocity| acting.outside + (acting.force)(Motion { position, velocity });
         let mut f = outside(x, v);

@@ -11,6 +11,12 @@ pub(super) struct TankBody {
 }
 
 impl TankBody {
+    /// dy/dt under the drive held until now.
+    #[inline]
+    pub fn rate(&self, held: f64) -> f64 {
+        self.tank.rate(self.level[0], held)
+    }
+
     pub fn substep(&mut self, drive: f64, h: f64, force: impl Fn(Motion) -> f64) {
         let rate =
             |level: f64| self.tank.rate(level, drive + force(Motion { position: level, velocity: 0.0 }));

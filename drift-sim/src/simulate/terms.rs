@@ -140,6 +140,11 @@ impl Terms {
         self.sensing(|effect| effect.shows(y));
     }
 
+    /// Whether a correction of the state has to be told to a term.
+    pub fn heeds_corrections(&self) -> bool {
+        !self.sense.is_empty()
+    }
+
     /// What the sensor shows has been corrected.
     pub fn correct(&mut self, by: f64) {
         self.sensing(|effect| effect.correct(by));

@@ -402,6 +402,17 @@ fn what_can_not_be_simulated_is_refused() {
 
 /// Every kind, on every plant that it can act on, at its own starting values: runs, changes something, and does so
 /// in the same way from the same seed.
+/// Parameters of the size of the signals: where a search would begin, or a third of each scale from where the term does nothing.
+fn typical(kind: &crate::physics::Kind) -> Vec<Vec<f64>> {
+    let scales = crate::physics::Scales::default();
+    match kind.search {
+        crate::physics::Starts::Grid(points) => {
+            points(&scales).into_iter().take(1).map(|start| start.parameters).collect()
+        }
+        _ => vec![kind.parameters.iter().map(|p| p.neutral + 0.3 * (p.scale)(&scales, 1.0)).collect()],
+    }
+}
+
 #[test]
 fn every_kind_acts_on_every_plant_that_it_says() {
     let fraction = TransferFunction { num: vec![2.0], den: vec![4.0, 5.0, 1.0], delay_s: 0.7, offset: 0.0 };
@@ -417,11 +428,13 @@ fn every_kind_acts_on_every_plant_that_it_says() {
         model.controller = Controller::Pi(Pi { kp: 1.0, ki: 0.05, limits: Limits::NONE, anti_windup: true });
         model.sensor.noise = 1e-3;
         let reference: Vec<f64> = (0..600).map(|n| 22.0 + 3.0 * (f64::from(n) * 0.02).sin()).collect();
-        let run = |model: &Loop| simulate(model, &reference, &[], 5, None).unwrap();
+        let run = |model: &Loop| {
+            let run = simulate(model, &reference, &[], 5, None);
+            run.unwrap_or_else(|e| panic!("{:?} on {}: {e}", model.physics, model.plant.kind()))
+        };
         let without = run(&model);
         for kind in crate::physics::KINDS.iter().filter(|kind| (kind.applies)(&model.plant)) {
-            for parameters in (kind.starts)(&crate::physics::Signature { peak_hz: 0.3, ..Default::default() })
-            {
+            for parameters in typical(kind) {
                 let spans = if kind.name == "injected_signal" { vec![(5.0, 10.0)] } else { Vec::new() };
                 let model = model.clone().with(Term { kind, parameters, onset_s: 2.0, spans });
                 let with = run(&model);

@@ -7,6 +7,7 @@ mod demo;
 mod design;
 mod diagnose;
 mod init;
+mod likelihood;
 mod look;
 mod man;
 mod monitor;
@@ -43,9 +44,10 @@ enum Command {
     Calibrate(Box<calibrate::Arguments>),
     Monitor(monitor::Arguments),
     Design(design::Arguments),
-    Init(init::Arguments),
     Look(look::Arguments),
     Diagnose(diagnose::Arguments),
+    Init(init::Arguments),
+    Likelihood(likelihood::Arguments),
     Paper(paper::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
         Command::Init(arguments) => init::run(&arguments),
+        Command::Likelihood(arguments) => likelihood::run(&arguments),
         Command::Look(arguments) => look::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
         Command::Man(arguments) => man::run(&arguments, Arguments::command()),

@@ -1,0 +1,314 @@
+//! The fit of a hypothesis: damped least squares (Levenberg-Marquardt) on the rows of the likelihood. Rough numbers (gaps, bands,
+//! limits) and onsets are moved by searches of their own, with short fits of the others.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::hypothesis::{Hypothesis, Point};
+use super::likelihood::{Cache, Data, Rows, rows};
+
+/// A hypothesis at the best point found.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+    /// The point.
+    pub point: Point,
+    /// Its rows.
+    pub rows: Rows,
+}
+
+/// A fit ends where a step gains less of the objective than this.
+const LEAST_GAIN: f64 = 0.1;
+/// Noise numbers move by at most this in one step: their logarithms are far from linear.
+const NOISE_REACH: f64 = 1.0;
+/// Damping at the start, and its bounds.
+const DAMPING: f64 = 1e-3;
+const LEAST_DAMPING: f64 = 1e-6;
+/// An onset is moved down to this many samples, by widths that shrink by the factor; where the other numbers slide, by more of the
+/// objective than the slide may gain by chance.
+const LEAST_WIDTH: f64 = 1.0;
+const NARROWER: f64 = 3.0;
+const SLID_GAIN: f64 = 0.05;
+/// Factor on the steps that show how rows change, once a fit is close.
+const CLOSER: f64 = 0.1;
+/// Steps that a damping is raised for before the fit gives up.
+const TRIES: usize = 6;
+
+impl Fit {
+    /// The hypothesis at a point; `None` where it can't be simulated there.
+    pub fn at(hypothesis: &Hypothesis, point: &Point, data: &Data) -> Option<Self> {
+        let rows = rows(hypothesis, point, data, &mut Cache::default())?;
+        Some(Self { hypothesis: hypothesis.clone(), point: point.clone(), rows })
+    }
+
+    /// Twice the negative log-likelihood and prior, up to a constant.
+    pub fn objective(&self) -> f64 {
+        self.rows.objective
+    }
+
+    /// The same at another point, where that is better.
+    fn moved(&mut self, point: Point, data: &Data, cache: &mut Cache, least: f64) -> bool {
+        match rows(&self.hypothesis, &point, data, cache) {
+            Some(rows) if rows.objective < self.rows.objective - least => {
+                (self.point, self.rows) = (point, rows);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// At most `iterations` steps of all free numbers but those that are `fixed`.
+    pub fn descend(&mut self, data: &Data, iterations: usize, fixed: &[usize]) {
+        let moving: Vec<usize> = (0..self.point.x.len()).filter(|i| !fixed.contains(i)).collect();
+        let mut damping = DAMPING;
+        for _ in 0..iterations {
+            let before = self.objective();
+            let Some((normal, slope)) = self.normal(data, &moving) else { return };
+            if !self.step(data, &moving, &normal, &slope, &mut damping)
+                || before - self.objective() < LEAST_GAIN
+            {
+                return;
+            }
+        }
+    }
+
+    /// From here on a tenth of the steps shows how the rows change: for a likelihood with a sharp peak (stick and slip), which longer ones miss.
+    pub fn look_closer(&mut self) {
+        self.hypothesis
+            .free
+            .iter_mut()
+            .filter(|free| !super::hypothesis::is_noise(free.target))
+            .for_each(|free| free.step *= CLOSER);
+    }
+
+    /// Half the objective's curvature (by Gauss and Newton) and slope along the moving numbers.
+    pub fn normal(&self, data: &Data, moving: &[usize]) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let tangent = Tangent::new(moving.to_vec(), self.columns(data, moving)?);
+        Some((tangent.curvature(self), tangent.slope(self)))
+    }
+
+    /// Steps along columns that were taken elsewhere near by: each costs one run, where one of [`Fit::descend`] costs one for each number.
+    pub fn slide(&mut self, data: &Data, tangent: &Tangent, steps: usize) {
+        let mut cache = Cache::at(&self.hypothesis, &self.point, data);
+        for _ in 0..steps {
+            let mut damped = tangent.curvature(self);
+            for i in 0..tangent.moving.len() {
+                damped[(i, i)] *= 1.0 + DAMPING;
+                damped[(i, i)] += 1e-12;
+            }
+            let Some(solved) = damped.cholesky().map(|c| c.solve(&tangent.slope(self))) else { return };
+            let before = self.objective();
+            let whole = self.shifted(&tangent.moving, &solved, 1.0);
+            if !self.moved(whole, data, &mut cache, 0.0) {
+                let part = self.shifted(&tangent.moving, &solved, 0.3);
+                if !self.moved(part, data, &mut cache, 0.0) {
+                    return;
+                }
+            }
+            if before - self.objective() < LEAST_GAIN {
+                return;
+            }
+        }
+    }
+
+    /// The point less a part of a step, within the bounds.
+    fn shifted(&self, moving: &[usize], step: &DVector<f64>, part: f64) -> Point {
+        let mut point = self.point.clone();
+        for (i, at) in moving.iter().enumerate() {
+            let (Some(free), Some(x)) = (self.hypothesis.free.get(*at), point.x.get_mut(*at)) else {
+                continue;
+            };
+            let is_noise = super::hypothesis::is_noise(free.target);
+            let reach = if is_noise { NOISE_REACH } else { f64::INFINITY };
+            *x = (*x - part * step[i].clamp(-reach, reach)).clamp(free.low, free.high);
+        }
+        point
+    }
+
+    /// How the rows change with each of the moving numbers.
+    pub fn columns(&self, data: &Data, moving: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let shared = Cache::at(&self.hypothesis, &self.point, data);
+        moving
+            .par_iter()
+            .map(|at| {
+                let free = self.hypothesis.free.get(*at)?;
+                let x = *self.point.x.get(*at)?;
+                let up = if x + free.step <= free.high { 1.0 } else { -1.0 };
+                let along = |step: f64| {
+                    let mut point = self.point.clone();
+                    *point.x.get_mut(*at)? += step;
+                    rows(&self.hypothesis, &point, data, &mut shared.clone()).map(|rows| (rows, step))
+                };
+                let (moved, step) = along(up * free.step).or_else(|| along(-up * free.step))?;
+                let difference = moved.z.iter().zip(&self.rows.z).map(|(a, b)| (a - b) / step);
+                Some(difference.collect())
+            })
+            .collect()
+    }
+
+    /// One step, its damping raised until the objective falls; whether it fell.
+    fn step(
+        &mut self,
+        data: &Data,
+        moving: &[usize],
+        normal: &DMatrix<f64>,
+        slope: &DVector<f64>,
+        damping: &mut f64,
+    ) -> bool {
+        for _ in 0..TRIES {
+            let mut damped = normal.clone();
+            for i in 0..moving.len() {
+                damped[(i, i)] += *damping * (normal[(i, i)] + 1e-12);
+            }
+            let Some(solved) = damped.cholesky().map(|c| c.solve(slope)) else {
+                *damping *= 10.0;
+                continue;
+            };
+            let point = self.shifted(moving, &solved, 1.0);
+            if self.moved(point, data, &mut Cache::default(), 0.0) {
+                *damping = (*damping / 5.0).max(LEAST_DAMPING);
+                return true;
+            }
+            *damping *= 8.0;
+        }
+        false
+    }
+
+    /// Moves the onset of a candidate term by `width` and less, down to a sample; at each trial the other numbers slide along `tangent`.
+    pub fn search_onset(&mut self, data: &Data, candidate: usize, width_s: f64, tangent: Option<&Tangent>) {
+        let ts = self.hypothesis.model.sample_time_s;
+        let duration = self.hypothesis.scales.duration_s;
+        let mut width = width_s;
+        while width > LEAST_WIDTH * ts {
+            let moved = [width, -width].into_iter().any(|side| {
+                let mut point = self.point.clone();
+                let Some(onset) = point.onsets.get_mut(candidate) else { return false };
+                *onset += side;
+                if !(0.01 * duration..0.98 * duration).contains(onset) {
+                    return false;
+                }
+                self.tried(point, data, tangent, if tangent.is_some() { SLID_GAIN } else { 1e-6 })
+            });
+            if !moved {
+                width /= NARROWER;
+            }
+        }
+    }
+
+    /// Moves a rough number by factors until none helps; at each trial the other numbers slide along `tangent`.
+    pub fn profile(&mut self, data: &Data, place: usize, tangent: &Tangent) {
+        let mut width = 0.25;
+        let Some(free) = self.hypothesis.free.get(place).cloned() else { return };
+        while width > 0.002 {
+            let moved = [-width, width].into_iter().any(|side| {
+                let mut point = self.point.clone();
+                let Some(x) = point.x.get_mut(place).filter(|x| x.abs() > 1e-9) else { return false };
+                *x = (*x * libm::exp(side)).clamp(free.low, free.high);
+                self.tried(point, data, Some(tangent), SLID_GAIN)
+            });
+            if !moved {
+                width /= NARROWER;
+            }
+        }
+    }
+
+    /// The point, the other numbers having slid, where that is better.
+    pub fn tried(&mut self, point: Point, data: &Data, tangent: Option<&Tangent>, gain: f64) -> bool {
+        let Some(mut trial) = Self::at(&self.hypothesis, &point, data) else { return false };
+        if let Some(tangent) = tangent {
+            trial.slide(data, tangent, 1);
+        }
+        let better = trial.objective() < self.objective() - gain;
+        if better {
+            *self = trial;
+        }
+        better
+    }
+
+    /// The columns of all numbers but the `fixed`.
+    pub fn tangent(&self, data: &Data, fixed: &[usize]) -> Option<Tangent> {
+        let moving: Vec<usize> = (0..self.point.x.len()).filter(|i| !fixed.contains(i)).collect();
+        let columns = self.columns(data, &moving)?;
+        Some(Tangent::new(moving, columns))
+    }
+}
+
+/// How the rows of a fit change with its numbers.
+#[derive(Debug, Clone)]
+pub struct Tangent {
+    /// The numbers' places.
+    pub moving: Vec<usize>,
+    /// For each the rows' change per unit of x.
+    columns: Vec<Vec<f64>>,
+    products: DMatrix<f64>,
+}
+
+impl Tangent {
+    /// Of these columns.
+    pub fn new(moving: Vec<usize>, columns: Vec<Vec<f64>>) -> Self {
+        let n = columns.len();
+        let mut products = DMatrix::zeros(n, n);
+        for (i, column) in columns.iter().enumerate() {
+            for (j, other) in columns.iter().enumerate().take(i + 1) {
+                let value = dot(column, other);
+                products[(i, j)] = value;
+                products[(j, i)] = value;
+            }
+        }
+        Self { moving, columns, products }
+    }
+
+    /// With more numbers.
+    #[must_use]
+    pub fn with(&self, moving: &[usize], columns: Vec<Vec<f64>>) -> Self {
+        let mut all = self.columns.clone();
+        all.extend(columns);
+        let mut places = self.moving.clone();
+        places.extend_from_slice(moving);
+        Self::new(places, all)
+    }
+
+    /// Without one number.
+    #[must_use]
+    pub fn without(&self, place: usize) -> Self {
+        let kept = self.moving.iter().zip(&self.columns).filter(|(at, _)| **at != place);
+        let (moving, columns) = kept.map(|(at, column)| (*at, column.clone())).unzip();
+        Self::new(moving, columns)
+    }
+
+    /// The columns.
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
+    }
+
+    /// Half the curvature of a fit's objective, its prior in it.
+    pub fn curvature(&self, fit: &Fit) -> DMatrix<f64> {
+        let mut curvature = &self.products * weight(fit);
+        for (i, at) in self.moving.iter().enumerate() {
+            if let Some(deviation) = fit.hypothesis.free.get(*at).and_then(|free| free.prior) {
+                curvature[(i, i)] += 1.0 / (deviation * deviation);
+            }
+        }
+        curvature
+    }
+
+    fn slope(&self, fit: &Fit) -> DVector<f64> {
+        let weight = weight(fit);
+        let along = self.columns.iter().zip(&self.moving).map(|(column, at)| {
+            let prior = fit.hypothesis.free.get(*at).and_then(|free| free.prior);
+            let x = fit.point.x.get(*at).copied().unwrap_or(0.0);
+            weight * dot(column, &fit.rows.z) + prior.map_or(0.0, |deviation| x / (deviation * deviation))
+        });
+        DVector::from_iterator(self.columns.len(), along)
+    }
+}
+
+/// One over the rows' mean square.
+fn weight(fit: &Fit) -> f64 {
+    fit.rows.count as f64 / dot(&fit.rows.z, &fit.rows.z).max(1e-300)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,240 @@
+//! Gains of the filter: the time-varying Riccati equation of the linear part with load and coloured sensor noise beside it, in units
+//! of the sensor noise's variance. Where the gains have settled they are kept until something begins.
+
+// Loops over the indices of small square matrices, two of them at a time: clearer than iterators over rows.
+#![allow(clippy::needless_range_loop)]
+
+use nalgebra::{DMatrix, SMatrix};
+
+use super::linear_part::LinearPart;
+use super::noise::{Noise, WHITE};
+
+/// Relative change of a gain from one sample to the next below which the gains have settled.
+const SETTLED: f64 = 1e-6;
+/// Samples of a stretch after which the settled gains are computed at once instead of waited for.
+const LONGEST: usize = 400;
+/// Doublings in which the settled covariance is found, and its relative change at which it is.
+const DOUBLINGS: usize = 40;
+const DOUBLED: f64 = 1e-12;
+/// Samples of a stretch before they may have.
+const LEAST_SAMPLES: usize = 20;
+/// States of the linear part that there is room for.
+pub const MOST_STATES: usize = 16;
+
+/// Gains from some sample on; the last ones hold until the next stretch.
+#[derive(Debug, Clone)]
+pub struct Stretch {
+    /// The sample that they begin at.
+    pub from: usize,
+    /// For each sample the gains of the states, of the load and of the sensor's noise.
+    gains: Vec<f64>,
+    /// For each sample the variance of the innovation, in units of the sensor noise's: one over its root, and its logarithm.
+    scales: Vec<(f64, f64)>,
+    width: usize,
+}
+
+impl Stretch {
+    /// Gains of a sample, and of the innovation's variance one over the root and the logarithm.
+    #[inline]
+    pub fn at(&self, sample: usize) -> (&[f64], (f64, f64)) {
+        let row = (sample - self.from).min(self.scales.len() - 1);
+        (&self.gains[row * self.width..(row + 1) * self.width], self.scales[row])
+    }
+}
+
+/// A linear part that holds from some sample on.
+pub type Piece = (usize, LinearPart);
+
+/// The gains of a recording of `samples`, its linear parts in order, the first from 0 on; `None` where a variance is not a number.
+pub fn gains(
+    pieces: &[Piece],
+    noise: &Noise,
+    sample_time_s: f64,
+    start: &DMatrix<f64>,
+    samples: usize,
+) -> Option<Vec<Stretch>> {
+    let order = pieces.first()?.1.order();
+    match order {
+        0 | 1 => of_width::<3>(pieces, noise, sample_time_s, start, samples),
+        2 => of_width::<4>(pieces, noise, sample_time_s, start, samples),
+        3 => of_width::<5>(pieces, noise, sample_time_s, start, samples),
+        4 => of_width::<6>(pieces, noise, sample_time_s, start, samples),
+        5..=8 => of_width::<10>(pieces, noise, sample_time_s, start, samples),
+        9..=MOST_STATES => of_width::<18>(pieces, noise, sample_time_s, start, samples),
+        _ => None,
+    }
+}
+
+type Matrix<const N: usize> = [[f64; N]; N];
+
+fn of_width<const N: usize>(
+    pieces: &[Piece],
+    noise: &Noise,
+    sample_time_s: f64,
+    start: &DMatrix<f64>,
+    samples: usize,
+) -> Option<Vec<Stretch>> {
+    let n = pieces.first()?.1.order();
+    let phi = noise.load_phi(sample_time_s);
+    let load_variance = noise.load_ratio * noise.load_ratio;
+    let mut p: Matrix<N> = [[0.0; N]; N];
+    for i in 0..n {
+        for j in 0..n {
+            p[i][j] = *start.get((i, j))?;
+        }
+    }
+    p[N - 2][N - 2] = load_variance;
+    p[N - 1][N - 1] = 1.0;
+    let drive = [load_variance * (1.0 - phi * phi), 1.0 - noise.sensor_rho * noise.sensor_rho];
+    let changes = libm::ceil(noise.growth_from_s / sample_time_s - 1e-9).max(0.0) as usize;
+    let mut bounds: Vec<usize> = pieces.iter().map(|(from, _)| *from).collect();
+    bounds.push(if noise.growth == 1.0 { 0 } else { changes });
+    bounds.sort_unstable();
+    bounds.dedup();
+    bounds.retain(|from| *from < samples);
+    let mut stretches = Vec::with_capacity(bounds.len());
+    for (i, from) in bounds.iter().enumerate() {
+        let to = bounds.get(i + 1).copied().unwrap_or(samples);
+        let (_, part) = pieces.iter().rev().find(|(begins, _)| begins <= from)?;
+        let growth = noise.growth_at(*from as f64 * sample_time_s + 1e-9 * sample_time_s);
+        let step =
+            Step { a: transition::<N>(part, phi, noise.sensor_rho), c: output::<N>(part, growth), drive };
+        stretches.push(step.stretch(&mut p, *from, to)?);
+    }
+    Some(stretches)
+}
+
+/// The states' part, then load and sensor noise.
+fn transition<const N: usize>(part: &LinearPart, phi: f64, rho: f64) -> Matrix<N> {
+    let n = part.order();
+    let mut a = [[0.0; N]; N];
+    for i in 0..n {
+        for j in 0..n {
+            a[i][j] = part.f[i * n + j];
+        }
+        a[i][N - 2] = -part.g[i];
+    }
+    a[N - 2][N - 2] = phi;
+    a[N - 1][N - 1] = rho;
+    a
+}
+
+fn output<const N: usize>(part: &LinearPart, growth: f64) -> [f64; N] {
+    let mut c = [0.0; N];
+    c[..part.order()].copy_from_slice(&part.c);
+    c[N - 1] = growth;
+    c
+}
+
+struct Step<const N: usize> {
+    a: Matrix<N>,
+    c: [f64; N],
+    drive: [f64; 2],
+}
+
+impl<const N: usize> Step<N> {
+    fn stretch(&self, p: &mut Matrix<N>, from: usize, to: usize) -> Option<Stretch> {
+        let (mut gains, mut scales): (Vec<f64>, Vec<(f64, f64)>) = (Vec::new(), Vec::new());
+        let mut keep = |k: [f64; N], s: f64| {
+            gains.extend_from_slice(&k);
+            scales.push((1.0 / libm::sqrt(s), libm::log(s)));
+        };
+        let mut before = ([0.0; N], 0.0);
+        for sample in from..to {
+            let (k, s) = self.correct(p);
+            if !(s > 0.0 && s.is_finite()) {
+                return None;
+            }
+            keep(k, s);
+            self.move_on(p);
+            if sample >= from + LEAST_SAMPLES && settled(&before, &(k, s)) {
+                break;
+            }
+            before = (k, s);
+            if sample == from + LONGEST
+                && let Some(mut settled) = self.settled()
+            {
+                let (k, s) = self.correct(&mut settled);
+                if s > 0.0 && s.is_finite() {
+                    *p = settled;
+                    self.move_on(p);
+                    keep(k, s);
+                    break;
+                }
+            }
+        }
+        Some(Stretch { from, gains, scales, width: N })
+    }
+
+    /// The covariance before a measurement that the recursion ends at, by doubling (Anderson 1978): each pass makes as many steps of it as
+    /// all before together.
+    fn settled(&self) -> Option<Matrix<N>> {
+        let from = |of: &dyn Fn(usize, usize) -> f64| SMatrix::<f64, N, N>::from_fn(of);
+        let identity = SMatrix::<f64, N, N>::identity();
+        let mut a = from(&|i, j| self.a[j][i]);
+        let mut g = from(&|i, j| self.c[i] * self.c[j] / WHITE);
+        let mut h = from(&|i, j| match (i == j, N - i) {
+            (true, 2) => self.drive[0],
+            (true, 1) => self.drive[1],
+            _ => 0.0,
+        });
+        for _ in 0..DOUBLINGS {
+            let inverse = (identity + g * h).try_inverse()?;
+            let moved = inverse * a;
+            let more = a.transpose() * h * moved;
+            g += a * inverse * g * a.transpose();
+            h += more;
+            a *= moved;
+            if !h.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+            if more.amax() <= DOUBLED * h.amax() {
+                return Some(std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (h[(i, j)] + h[(j, i)]))));
+            }
+        }
+        None
+    }
+
+    /// The gain and the innovation's variance; the covariance becomes that after the measurement.
+    fn correct(&self, p: &mut Matrix<N>) -> ([f64; N], f64) {
+        let pc: [f64; N] = std::array::from_fn(|i| (0..N).map(|j| p[i][j] * self.c[j]).sum());
+        let s = (0..N).map(|i| self.c[i] * pc[i]).sum::<f64>() + WHITE;
+        let k: [f64; N] = std::array::from_fn(|i| pc[i] / s);
+        for i in 0..N {
+            for j in 0..=i {
+                let value = p[i][j] - k[i] * pc[j];
+                p[i][j] = value;
+                p[j][i] = value;
+            }
+        }
+        (k, s)
+    }
+
+    fn move_on(&self, p: &mut Matrix<N>) {
+        let mut ap = [[0.0; N]; N];
+        for i in 0..N {
+            for (k, row) in p.iter().enumerate() {
+                let a = self.a[i][k];
+                if a != 0.0 {
+                    for j in 0..N {
+                        ap[i][j] += a * row[j];
+                    }
+                }
+            }
+        }
+        for i in 0..N {
+            for j in 0..=i {
+                let value = (0..N).map(|k| ap[i][k] * self.a[j][k]).sum::<f64>();
+                p[i][j] = value;
+                p[j][i] = value;
+            }
+        }
+        p[N - 2][N - 2] += self.drive[0];
+        p[N - 1][N - 1] += self.drive[1];
+    }
+}
+
+fn settled<const N: usize>(before: &([f64; N], f64), now: &([f64; N], f64)) -> bool {
+    let close = |a: f64, b: f64| (a - b).abs() <= SETTLED * b.abs().max(1e-12);
+    close(before.1, now.1) && before.0.iter().zip(&now.0).all(|(a, b)| close(*a, *b))
+}

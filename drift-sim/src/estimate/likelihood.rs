@@ -1,0 +1,226 @@
+//! The likelihood of recordings under a hypothesis at a point: one function for all rivals, over the same samples, in which the sensor
+//! noise's size is found along the way, so that it doesn't depend on the units of r, y and u.
+//!
+//! `-2 log L = N ln(sum(e^2/s)/N) + sum(ln s) + priors`: a least-squares problem in `e/sqrt(s)` times `exp(mean(ln s)/2)`.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use crate::controller::Controller;
+use crate::physics::Motion;
+use crate::simulate::Start;
+
+use super::gains::{Piece, Stretch, gains};
+use super::hypothesis::{Hypothesis, Point, Realised};
+use super::innovations::{Filter, Innovations};
+use super::linear_part::LinearPart;
+use super::noise::Noise;
+use super::signals::{Signals, deviation, held};
+
+/// Recordings of one loop, and how much of each a fit may see.
+#[derive(Debug, Clone)]
+pub struct Data {
+    /// The recordings.
+    pub recordings: Vec<Signals>,
+    /// Samples of each that count, from its beginning.
+    pub fitted: Vec<usize>,
+    /// From which of them on they are healthy: what is looked for is not in those.
+    pub healthy_from: usize,
+    /// Motions in them.
+    pub motions: Vec<Motion>,
+    /// Deviations to which y and its first differences are known at the start.
+    start_deviations: Vec<f64>,
+}
+
+/// At the start y is known to twice the sensor's noise and to this part of its own deviation; a difference of y to this part of its own.
+const START_OF_Y: f64 = 0.02;
+const START_OF_DIFFERENCES: f64 = 0.3;
+/// Mean square of the rows below which the loop is exact: simulated without noise.
+const EXACT: f64 = 1e-12;
+/// Samples over which the first u is averaged.
+const FIRST: usize = 5;
+
+impl Data {
+    /// These recordings, of which so many samples count.
+    pub fn new(hypothesis: &Hypothesis, recordings: Vec<Signals>, fitted: Vec<usize>) -> Self {
+        let scales = &hypothesis.scales;
+        let of_y = libm::hypot(2.0 * scales.noise, START_OF_Y * scales.y);
+        let mut start_deviations = vec![of_y / scales.noise];
+        let mut differences: Vec<Vec<f64>> = recordings.iter().map(|s| held(&s.y)).collect();
+        for _ in 1..6 {
+            for y in &mut differences {
+                *y = y.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            }
+            let squares: f64 = differences.iter().map(|d| deviation(d) * deviation(d)).sum();
+            let rms = libm::sqrt(squares / differences.len().max(1) as f64);
+            start_deviations.push((START_OF_DIFFERENCES * rms / scales.noise).max(1e-9));
+        }
+        let motions = super::measure::motions(&hypothesis.model, &recordings);
+        Self { healthy_from: recordings.len(), recordings, fitted, motions, start_deviations }
+    }
+
+    /// The same recordings with another share that counts.
+    #[must_use]
+    pub fn seeing(&self, fitted: Vec<usize>) -> Self {
+        Self { fitted, ..self.clone() }
+    }
+
+    /// The same recordings, healthy from this one on.
+    #[must_use]
+    pub fn with_healthy(self, from: usize) -> Self {
+        Self { healthy_from: from, ..self }
+    }
+
+    /// The part of the data that short fits see: the first recording, and the healthy ones.
+    #[must_use]
+    pub fn screening(&self) -> Self {
+        let counts = |i: usize| i == 0 || i >= self.healthy_from;
+        self.seeing(self.fitted.iter().enumerate().map(|(i, n)| if counts(i) { *n } else { 0 }).collect())
+    }
+
+    /// Samples of the longest recording that count.
+    fn longest(&self) -> usize {
+        self.fitted.iter().zip(&self.recordings).map(|(n, s)| (*n).min(s.len())).max().unwrap_or(0)
+    }
+}
+
+/// Linear parts, noise and samples, and the gains that follow from them.
+type Known = (Vec<Piece>, Noise, usize, Arc<Vec<Stretch>>);
+
+/// What the gains follow from, and the gains: they are the same for points that differ in physics beside the linear part.
+#[derive(Debug, Clone, Default)]
+pub struct Cache {
+    /// With the candidate terms, and without them.
+    known: [Option<Known>; 2],
+}
+
+impl Cache {
+    /// The gains at a point, for others near it.
+    pub fn at(hypothesis: &Hypothesis, point: &Point, data: &Data) -> Self {
+        let mut cache = Self::default();
+        if let Some(realised) = hypothesis.realise(point) {
+            cache.gains(&realised, data, data.longest(), 0);
+            if data.healthy_from < data.recordings.len() {
+                cache.gains(&hypothesis.healthy(&realised), data, data.longest(), 1);
+            }
+        }
+        cache
+    }
+
+    fn gains(
+        &mut self,
+        realised: &Realised,
+        data: &Data,
+        samples: usize,
+        which: usize,
+    ) -> Option<(Arc<Vec<Stretch>>, usize)> {
+        let ts = realised.model.sample_time_s;
+        let pieces: Option<Vec<Piece>> = realised
+            .changes()
+            .into_iter()
+            .map(|t| {
+                let from = libm::ceil(t / ts - 1e-9).max(0.0) as usize;
+                Some((from, LinearPart::of(&realised.model, t, &data.motions)?))
+            })
+            .collect();
+        let pieces = pieces?;
+        let first = pieces.first()?.1.first_state;
+        if let Some((of, noise, of_samples, gains)) = &self.known[which]
+            && *of == pieces
+            && *noise == realised.noise
+            && *of_samples == samples
+        {
+            return Some((gains.clone(), first));
+        }
+        let start: DMatrix<f64> = pieces.first()?.1.start_covariance(&data.start_deviations);
+        let found = Arc::new(gains(&pieces, &realised.noise, ts, &start, samples)?);
+        self.known[which] = Some((pieces, realised.noise, samples, found.clone()));
+        Some((found, first))
+    }
+}
+
+/// A recording's likelihood at a point.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    /// Innovations whose sum of squares is to be as small as it can, one after the other for all recordings.
+    pub z: Vec<f64>,
+    /// Samples that count.
+    pub count: usize,
+    /// `N ln(mean square of z) + priors`.
+    pub objective: f64,
+    /// Deviation of the sensor's noise, in the unit of y.
+    pub sensor_sd: f64,
+}
+
+/// The rows of a hypothesis at a point; `None` where it can't be simulated.
+pub fn rows(hypothesis: &Hypothesis, point: &Point, data: &Data, cache: &mut Cache) -> Option<Rows> {
+    let runs = runs(hypothesis, point, data, cache, data.longest(), false)?;
+    let count: usize = runs.iter().map(|run| run.count).sum();
+    let n = count.max(1) as f64;
+    let log_variances: f64 = runs.iter().map(|run| run.log_variances).sum();
+    let factor = libm::exp(0.5 * log_variances / n);
+    let mut z = Vec::with_capacity(runs.iter().map(|run| run.scaled.len()).sum());
+    for run in &runs {
+        z.extend(run.scaled.iter().map(|e| e * factor));
+    }
+    let squares: f64 = z.iter().map(|z| z * z).sum();
+    let prior: f64 = hypothesis.prior_rows(point).map(|row| row * row).sum();
+    let objective = n * libm::log((squares / n).max(EXACT)) + prior;
+    let sensor_sd = libm::sqrt(squares / n) / factor * hypothesis.scales.noise;
+    objective.is_finite().then_some(Rows { z, count, objective, sensor_sd })
+}
+
+/// The filter's run over each recording, up to `samples` or to what counts of it.
+pub fn runs(
+    hypothesis: &Hypothesis,
+    point: &Point,
+    data: &Data,
+    cache: &mut Cache,
+    samples: usize,
+    in_detail: bool,
+) -> Option<Vec<Innovations>> {
+    let realised = hypothesis.realise(point)?;
+    let healthy = (data.healthy_from < data.recordings.len()).then(|| hypothesis.healthy(&realised));
+    let of_faulty = cache.gains(&realised, data, samples, 0)?;
+    let of_healthy = match &healthy {
+        Some(healthy) => Some(cache.gains(healthy, data, samples, 1)?),
+        None => None,
+    };
+    let run = |i: usize, signals: &Signals, fitted: usize| {
+        let (realised, (gains, first_state)) = match (&healthy, &of_healthy) {
+            (Some(healthy), Some(gains)) if i >= data.healthy_from => (healthy, gains),
+            _ => (&realised, &of_faulty),
+        };
+        let filter = Filter {
+            model: &realised.model,
+            noise: &realised.noise,
+            gains,
+            first_state: *first_state,
+            late_s: realised.late_s,
+            unit: hypothesis.scales.noise,
+            constant_load: realised.constant_load,
+        };
+        filter.run(signals, &start(realised, signals), fitted, in_detail)
+    };
+    let each = data.recordings.iter().zip(&data.fitted).enumerate().filter(|(_, (_, fitted))| **fitted > 0);
+    each.map(|(i, (signals, fitted))| run(i, signals, *fitted)).collect()
+}
+
+/// Where a recording begins: y as measured, the plant near equilibrium under what was held before, which is in the dead time. A law with an
+/// integrator tells what that was (the first u may be the kick of a step); else it is about the first u.
+pub fn start(realised: &Realised, signals: &Signals) -> Start {
+    let model = &realised.model;
+    let first = signals.len().min(FIRST);
+    let y = held(signals.y.get(..first).unwrap_or(&[]));
+    let u = signals.u.get(..first).unwrap_or(&[]);
+    let known = Start::from_recording(model, &signals.r, &y, &signals.u);
+    let u = match &model.controller {
+        Controller::Pi(_) | Controller::Pid(_) => known.u,
+        Controller::PVelocity(_) | Controller::Recorded => u.iter().sum::<f64>() / u.len().max(1) as f64,
+    };
+    // At equilibrium the load that stays takes its part of u.
+    let net = Start { u: u - realised.constant_load / model.plant.drive_gain(), state: None, ..known };
+    let state = net.state_for(model).ok();
+    Start { u, state, ..net }
+}

@@ -1,0 +1,14 @@
+//! How likely recordings are under a loop with free numbers, and the numbers at which they are likeliest: one model of the noise
+//! ([`noise`]), one filter ([`innovations`]), one likelihood ([`likelihood`]), one search ([`fit`]) for all that is concluded from
+//! recordings.
+
+pub mod fit;
+pub mod gains;
+pub mod hypothesis;
+pub mod innovations;
+pub use crate::diagnose::controller_replay as law_replay;
+pub mod likelihood;
+pub mod linear_part;
+pub mod measure;
+pub mod noise;
+pub use crate::diagnose::signals;

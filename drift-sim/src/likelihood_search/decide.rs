@@ -1,0 +1,112 @@
+//! The decision: which kinds explain the recordings, and whether one of them, or one family, is left alone.
+
+use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::{Target, is_noise};
+use crate::physics::{Kind, Starts};
+
+use super::options::Options;
+use super::rivals::Field;
+
+/// Numbers that the choice of an onset costs: it is the best of very many.
+const ONSET_COSTS: f64 = 2.0;
+/// Lags over which the innovations' correlation is summed, and the standard errors below which one of them is chance.
+const LAGS: usize = 30;
+const CHANCE: f64 = 3.0;
+
+/// A kind with what speaks for it.
+#[derive(Debug, Clone, Copy)]
+pub struct Scored {
+    /// Its place in the field.
+    pub place: usize,
+    /// The kind.
+    pub kind: &'static Kind,
+    /// Log-likelihood that it gains over the base, independent samples counting alone.
+    pub gain: f64,
+    /// The same less the cost of its numbers.
+    pub score: f64,
+}
+
+/// What the decision leaves.
+#[derive(Debug, Clone, Default)]
+pub struct Decision {
+    /// All kinds, the best first.
+    pub scored: Vec<Scored>,
+    /// Kinds that can't be told from the best one; empty where nothing is missing.
+    pub set: Vec<&'static Kind>,
+    /// The place of what is named, with the others of its family in the set; none where kinds of more than one family are left.
+    pub named: Option<(usize, Vec<&'static str>)>,
+}
+
+/// Judges a field; `least` is what the best kind must gain at least, beside what the options ask for.
+pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
+    let share = field.rivals.first().map_or(1.0, |best| independent_share(&best.fit));
+    let samples = field.base.rows.count as f64 * share;
+    let mut scored: Vec<Scored> = field
+        .rivals
+        .iter()
+        .enumerate()
+        .map(|(place, rival)| {
+            let gain = share * field.gain(rival);
+            Scored {
+                place,
+                kind: rival.kind,
+                gain,
+                score: gain - cost(&rival.fit, rival.fit.hypothesis.candidates().len() - 1, samples),
+            }
+        })
+        .collect();
+    scored.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let Some(best) = scored.first().copied().filter(|best| best.score > options.least_gain.max(least)) else {
+        return Decision { scored, ..Decision::default() };
+    };
+    let near: Vec<Scored> =
+        scored.iter().copied().filter(|s| s.score > best.score - options.margin).collect();
+    let one_family = near
+        .iter()
+        .all(|s| s.kind == best.kind || (s.kind.family.is_some() && s.kind.family == best.kind.family));
+    let set = near.iter().map(|s| s.kind).collect();
+    let named = one_family.then(|| {
+        // Of a family the simplest is named.
+        let simplest = near.iter().min_by(|a, b| {
+            let numbers = |s: &Scored| s.kind.parameters.len();
+            numbers(a).cmp(&numbers(b)).then(b.score.total_cmp(&a.score))
+        });
+        let named = simplest.copied().unwrap_or(best);
+        let tied = near.iter().filter(|s| s.kind != named.kind).map(|s| s.kind.name).collect();
+        (named.place, tied)
+    });
+    Decision { scored, set, named }
+}
+
+/// What the numbers of a fit's candidate cost.
+pub fn cost_of(fit: &Fit, candidate: usize) -> f64 {
+    cost(fit, candidate, fit.rows.count as f64 * independent_share(fit))
+}
+
+/// Half a logarithm of the samples for each number, as in Schwarz's criterion.
+fn cost(fit: &Fit, candidate: usize, samples: f64) -> f64 {
+    let hypothesis = &fit.hypothesis;
+    let is_onset =
+        |i: &usize| matches!(hypothesis.free.get(*i).map(|free| free.target), Some(Target::Onset(_)));
+    let numbers = hypothesis.places_of(candidate).iter().filter(|i| !is_onset(i)).count() as f64;
+    let starts = hypothesis.candidates().get(candidate).map(|term| term.kind.search);
+    let onset = matches!(starts, Some(Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange));
+    0.5 * (numbers + if onset { ONSET_COSTS } else { 0.0 }) * libm::log(samples.max(2.0))
+}
+
+/// What part of a fit's innovations counts as independent: one where they are white.
+pub fn independent_share(fit: &Fit) -> f64 {
+    let z = &fit.rows.z;
+    let squares: f64 = z.iter().map(|z| z * z).sum();
+    let chance = CHANCE / libm::sqrt(fit.rows.count.max(1) as f64);
+    let correlation = |lag: usize| -> f64 {
+        z.iter().zip(z.get(lag..).unwrap_or(&[])).map(|(a, b)| a * b).sum::<f64>() / squares.max(1e-300)
+    };
+    let sum: f64 = (1..=LAGS).map(correlation).filter(|r| r.abs() > chance).map(f64::abs).sum();
+    1.0 / (1.0 + 2.0 * sum)
+}
+
+/// Whether a number is the physics' own, for reports.
+pub fn is_physical(target: Target) -> bool {
+    !is_noise(target) && target != Target::Late
+}

@@ -1,0 +1,93 @@
+//! 95 % intervals of fitted numbers: from the curvature of the likelihood, the innovations' correlation that is left being paid for; of
+//! rough numbers from the profile of the likelihood itself, the others sliding. They hold for a model whose terms are the right ones.
+
+use crate::estimate::fit::{Fit, Tangent};
+use crate::estimate::hypothesis::Target;
+use crate::estimate::likelihood::Data;
+use crate::plant::Role;
+
+use super::decide::independent_share;
+
+/// Half width, in standard errors, of a 95 % interval of what is normally distributed.
+const NORMAL_95: f64 = 1.96;
+/// The 95 % point of chi squared with one degree of freedom.
+const CHI_SQUARED: f64 = 3.84;
+/// Part of a sample by which two ways to simulate one differ: half of a quarter step, and as much again.
+const TIMING: f64 = 0.25;
+/// Halvings and doublings in which the end of a profile is found.
+const TRIES: usize = 24;
+
+/// Half widths of all free numbers, in their own units; infinite where the recording says nothing of one.
+pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
+    let n = fit.point.x.len();
+    let mut widths = vec![f64::INFINITY; n];
+    let Some(tangent) = fit.tangent(data, &[]) else { return widths };
+    let share = independent_share(fit);
+    let curvature = tangent.curvature(fit);
+    // Numbers of which the rows don't depend at all would make it singular.
+    let regular = &curvature + nalgebra::DMatrix::from_diagonal_element(n, n, 1e-12 * curvature.amax());
+    let Some(inverse) = regular.cholesky().map(|c| c.inverse()) else { return widths };
+    let ts = fit.hypothesis.model.sample_time_s;
+    let late = fit.hypothesis.place(Target::Late).or_else(|| {
+        let delay = fit.hypothesis.numbers.iter().position(|number| number.role == Role::Delay)?;
+        fit.hypothesis.place(Target::Plant(delay))
+    });
+    for (i, width) in widths.iter_mut().enumerate() {
+        let (Some(free), Some(x)) = (fit.hypothesis.free.get(i), fit.point.x.get(i)) else { continue };
+        let error = libm::sqrt((inverse[(i, i)] / share).max(0.0));
+        // How far the number moves with the time at which y is taken, which another way to cut a sample shifts.
+        let moved = late.filter(|late| *late != i).map_or(0.0, |late| {
+            let free = fit.hypothesis.free.get(late);
+            let shift = free.map_or(0.0, |free| {
+                TIMING * ts / free.slope(fit.point.x.get(late).copied().unwrap_or(0.0)).abs()
+            });
+            inverse[(i, late)] / inverse[(late, late)].max(1e-300) * shift
+        });
+        let by_curvature = libm::hypot(NORMAL_95 * error, moved) * free.slope(*x).abs();
+        *width = if free.smooth {
+            by_curvature
+        } else {
+            by_profile(fit, data, &tangent, i, CHI_SQUARED / share)
+                .map_or(by_curvature, |w| w.max(by_curvature))
+        };
+    }
+    widths
+}
+
+/// The farther of the two distances at which the objective has risen by `rise`.
+fn by_profile(fit: &Fit, data: &Data, tangent: &Tangent, place: usize, rise: f64) -> Option<f64> {
+    let free = fit.hypothesis.free.get(place)?;
+    let at = *fit.point.x.get(place)?;
+    let others = tangent.without(place);
+    let risen = |distance: f64| -> bool {
+        let mut point = fit.point.clone();
+        let Some(x) = point.x.get_mut(place) else { return true };
+        *x += distance;
+        if *x <= free.low || *x >= free.high {
+            return true;
+        }
+        let Some(mut moved) = Fit::at(&fit.hypothesis, &point, data) else { return true };
+        if moved.objective() - fit.objective() > 10.0 * rise {
+            return true;
+        }
+        moved.slide(data, &others, 1);
+        moved.objective() - fit.objective() > rise
+    };
+    let end = |side: f64| {
+        let mut far = side * 1e-4 * at.abs().max(1e-3);
+        let mut near = 0.0;
+        for _ in 0..TRIES {
+            if risen(far) {
+                break;
+            }
+            near = far;
+            far *= 2.0;
+        }
+        for _ in 0..4 {
+            let middle = 0.5 * (near + far);
+            if risen(middle) { far = middle } else { near = middle }
+        }
+        far.abs()
+    };
+    Some(end(1.0).max(end(-1.0)) * free.slope(at).abs())
+}

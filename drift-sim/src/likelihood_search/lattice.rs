@@ -1,0 +1,38 @@
+//! A coarse sensor: y in whole multiples of a step that is large against what y does between them.
+
+use crate::estimate::signals::Signals;
+
+/// Part of the samples that may show a value of their own.
+const MOST_VALUES: f64 = 0.25;
+/// How far from a whole multiple a difference of two values may lie, as part of the step: rounding in the file.
+const OFF: f64 = 0.02;
+/// The least step, as a part of y's median change from sample to sample, zeros left out: below it rounding is no more than a recording's digits.
+const LEAST_VALUES: usize = 4;
+
+/// The step of y in all of these recordings; `None` where y is not on a lattice or uses it finely.
+pub fn step(recordings: &[Signals]) -> Option<f64> {
+    let mut gaps: Vec<f64> = Vec::new();
+    for signals in recordings {
+        let mut values: Vec<f64> = signals.y.iter().copied().filter(|y| y.is_finite()).collect();
+        let samples = values.len();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        if values.len() as f64 > MOST_VALUES * samples as f64 || values.len() < LEAST_VALUES {
+            return None;
+        }
+        gaps.extend(values.windows(2).map(|pair| pair[1] - pair[0]));
+    }
+    let smallest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    // Rounding in the file shows in the smallest gap; the mean of the gaps as multiples of it does not.
+    let whole = |gap: &f64, step: f64| libm::round(gap / step);
+    let (mut sum, mut multiples) = (0.0, 0.0);
+    for gap in gaps.iter().filter(|gap| **gap < 20.0 * smallest) {
+        sum += gap;
+        multiples += whole(gap, smallest);
+    }
+    let step = sum / f64::max(multiples, 1.0);
+    let mut off: Vec<f64> = gaps.iter().map(|gap| (gap / step - whole(gap, step)).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let median = off.get(off.len() / 2).copied().unwrap_or(1.0);
+    (step.is_finite() && step > 0.0 && median < OFF).then_some(step)
+}

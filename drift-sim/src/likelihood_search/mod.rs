@@ -1,0 +1,428 @@
+//! One model, one likelihood, one decision: the physics that a simulation left out, where the plant is stated.
+//!
+//! One pipeline, in [`diagnose`]: the recordings are cut into what a fit may see and what proves; the **law** is judged by its own error in
+//! u (`law`); the plant's numbers and the noise, a slow random load among it, are fitted (`plants`, `nominal`); every kind of physics is fitted
+//! beside them, all in one likelihood (`starts`, `rivals`, on [`crate::estimate`]); what can't be told from the best one is the **set**, and one
+//! kind, or one family, that is left alone in it is named (`decide`); what was named must gain on what nothing has seen (`prove`). A second
+//! effect is looked for beside the first (`search`). Numbers that decide are in [`options`]. Where what is left is no noise of the kind that
+//! is reckoned with, nothing is concluded here, and [`crate::diagnose`] goes on without it.
+
+mod decide;
+mod excitation;
+mod interval;
+mod lattice;
+mod law;
+mod locate;
+pub mod loop_likelihood;
+mod missing_drive;
+mod nominal;
+pub mod options;
+mod plants;
+pub mod prove;
+mod rivals;
+mod search;
+mod starts;
+
+use crate::control_loop::Loop;
+use crate::diagnose::locate::{self as old_locate};
+use crate::diagnose::missing_drive::MissingDrive;
+use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
+use crate::diagnose::{Diagnosis, Fits, Named, Refitted, Rejected, Verdict, cycle};
+use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::{Hypothesis, Target};
+use crate::estimate::likelihood::Data;
+use crate::estimate::measure;
+use crate::estimate::signals::Signals;
+use crate::physics::Term;
+use crate::plant::Role;
+use decide::{independent_share, is_physical};
+use excitation::Shows;
+use law::Law;
+use options::Options;
+use search::{Found, Search};
+
+/// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
+/// hypotheses, and their likelihoods are not to be compared.
+const LEAST_INDEPENDENT: f64 = 0.6;
+
+/// Diagnoses a recording against a loop whose plant is stated; `None` where this can't judge: the loop can't be simulated beside the
+/// recording, its law is another one, or what is left is no noise of the kind that is reckoned with.
+pub fn diagnose(
+    recording: &Signals,
+    holdout: Option<&Signals>,
+    nominal: &Loop,
+    options: &Options,
+) -> Option<Diagnosis> {
+    let parts = Parts::new(recording, holdout, options);
+    let law = law::examine(nominal, &parts.recordings);
+    if law.is_another {
+        return None;
+    }
+    let found = plants::likeliest(&law.model, &parts.recordings, &parts.fitted, &[], options)?;
+    let search = Search { data: &found.data, options, is_guessed: found.is_guessed };
+    let result = search.run(found.nominal);
+    let best = result.best.as_ref().unwrap_or(&result.base);
+    if result.quantum.is_none() && independent_share(best) < LEAST_INDEPENDENT {
+        return None;
+    }
+    let conclusion = Conclusion {
+        stated: nominal,
+        law,
+        parts: &parts,
+        result,
+        data: &found.data,
+        is_guessed: found.is_guessed,
+        options,
+    };
+    Some(conclusion.diagnosis())
+}
+
+/// The recordings and what a fit may see of each.
+struct Parts {
+    recordings: Vec<Signals>,
+    fitted: Vec<usize>,
+    not_used: usize,
+}
+
+impl Parts {
+    fn new(recording: &Signals, holdout: Option<&Signals>, options: &Options) -> Self {
+        let cut = |signals: &Signals| signals.part(0, options.most_samples);
+        let not_used = recording.len() - cut(recording).len();
+        let share = |signals: &Signals, part: f64| (part * signals.len() as f64) as usize;
+        match holdout {
+            Some(holdout) => {
+                let recordings = vec![cut(recording), cut(holdout)];
+                let fitted = vec![recordings[0].len(), share(&recordings[1], options.seen_of_holdout)];
+                Self { recordings, fitted, not_used }
+            }
+            None => {
+                let recordings = vec![cut(recording)];
+                let fitted = vec![share(&recordings[0], options.seen_of_recording)];
+                Self { recordings, fitted, not_used }
+            }
+        }
+    }
+
+    /// What fits are shown on: the recording that numbers were fitted on, and the one that proves.
+    fn shown(&self) -> (Signals, Option<Signals>) {
+        let first = &self.recordings[0];
+        match self.recordings.get(1) {
+            Some(second) => (first.clone(), Some(second.clone())),
+            None => {
+                let cut = self.fitted.first().copied().unwrap_or(0);
+                let unseen = first.part(cut, first.len());
+                (
+                    first.part(0, cut),
+                    (unseen.len() > crate::estimate::signals::LEAST_SAMPLES).then_some(unseen),
+                )
+            }
+        }
+    }
+}
+
+/// The nominal fit of a loop on data: what the search starts from.
+fn hypothesis(model: &Loop, recordings: &[Signals], options: &Options) -> Hypothesis {
+    Hypothesis::nominal(model, &measure::scales(model, recordings), &options.priors)
+}
+
+/// From the end of a search to what is reported.
+struct Conclusion<'a> {
+    stated: &'a Loop,
+    law: Law,
+    parts: &'a Parts,
+    result: Found,
+    data: &'a Data,
+    is_guessed: bool,
+    options: &'a Options,
+}
+
+/// What refitted numbers must gain to be called other numbers, in log-likelihood, and by how much of its error the closed loop must come
+/// closer, on what nothing has seen as well.
+const REFIT_GAIN: f64 = 20.0;
+const REFIT_CLOSER: f64 = 0.1;
+/// The least closed-loop error, in per cent of u, in which a difference means anything.
+const REFIT_LEAST: f64 = 0.5;
+/// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
+const TELLS: f64 = 0.3;
+
+impl Conclusion<'_> {
+    fn diagnosis(self) -> Diagnosis {
+        let (train, unseen) = self.parts.shown();
+        let held = unseen.as_ref().unwrap_or(&train);
+        let model_of = |fit: &Fit| {
+            fit.hypothesis
+                .realise(&fit.point)
+                .map(|r| as_file(&r.model, r.constant_load))
+                .unwrap_or_else(|| self.stated.clone())
+        };
+        let base = &self.result.base;
+        let best = self.result.best.as_ref().unwrap_or(base);
+        let nominal = Loop { controller: self.stated.controller.clone(), ..base.hypothesis.model.clone() };
+        let as_stated = |model: Loop| Loop {
+            controller: self.stated.controller.clone(),
+            physics: model.physics.into_iter().filter(|term| !self.law.terms.contains(term)).collect(),
+            ..model
+        };
+        let (nominal, refitted) = (as_stated(nominal), as_stated(model_of(base)));
+        let mut improved = model_of(best);
+        improved.sensor.noise = best.rows.sensor_sd;
+        let mut physics = self.law_terms(&train);
+        physics.extend(self.result.quantum.iter().map(|term| Named {
+            term: term.clone(),
+            half_widths: vec![0.0],
+            tied: Vec::new(),
+            first: None,
+            train_gain: self.result.base.rows.count as f64,
+            holdout_errors: f64::INFINITY,
+        }));
+        improved.physics.extend(self.result.quantum.clone());
+        physics.extend(self.named(best));
+        let fits = |signals: &Signals| Fits {
+            nominal: fit_pct(&nominal, signals),
+            before: fit_pct(&refitted, signals),
+            after: fit_pct(&improved, signals),
+        };
+        let (train_fits, holdout_fits) = (fits(&train), unseen.as_ref().map(fits).unwrap_or_default());
+        let parameters = self.parameters(best);
+        let other_numbers = !self.law.numbers.is_empty()
+            || (!self.is_guessed && self.numbers_are_other(base, &train_fits, &holdout_fits));
+        let verdict = self.verdict(&physics, other_numbers);
+        let shows = excitation::shows(best, self.data, self.options);
+        let (rejected, untestable) = self.lost(&physics, &shows);
+        let missing_drive = missing_drive::of(base, self.data);
+        let drive_left = self.result.best.as_ref().and_then(|best| missing_drive::of(best, self.data));
+        let mismatch = !matches!(verdict, Verdict::NoMismatch | Verdict::Undecided);
+        let place = match verdict {
+            Verdict::MissingPhysics => physics.first().map(|named| named.term.kind.place),
+            Verdict::Located | Verdict::Parameters => self.law.place().or_else(|| self.result.place()),
+            Verdict::NoMismatch | Verdict::Undecided => None,
+        };
+        let samples = train.len();
+        let dependence = missing_drive.as_ref().filter(|_| mismatch).map(|missing| {
+            let value = missing.value.get(..samples.min(missing.value.len())).unwrap_or(&[]).to_vec();
+            old_locate::depends_on(&nominal, &MissingDrive { value, deviation: 0.0 }, &train)
+        });
+        Diagnosis {
+            verdict,
+            place,
+            spans: self
+                .result
+                .best
+                .as_ref()
+                .map(|best| locate::spans(base, best, &train))
+                .unwrap_or_default(),
+            depends_on: dependence.unwrap_or_default(),
+            not_used: self.parts.not_used,
+            candidates: if verdict == Verdict::MissingPhysics { Vec::new() } else { self.result.set.clone() },
+            rivals: self.result.rivals.clone(),
+            parameters,
+            rejected,
+            untestable,
+            train: train_fits,
+            holdout: holdout_fits,
+            improvement: unseen.as_ref().and_then(|unseen| {
+                improvement(&run(&refitted, unseen, 0)?, &run(&improved, unseen, 0)?, self.stated, unseen)
+            }),
+            cycle_s: cycle::period(held).map(|samples| samples as f64 * held.sample_time_s),
+            noise_floor: noise_floor(&improved, best.rows.sensor_sd, held),
+            physics,
+            nominal,
+            refitted,
+            improved,
+            drive_left,
+            controller: self.law.replay,
+            missing_drive,
+            far_off: false,
+        }
+    }
+
+    fn law_terms(&self, train: &Signals) -> Vec<Named> {
+        let half_width = |term: &Term| {
+            if term.kind.name == "controller_delay" {
+                0.5 * train.sample_time_s
+            } else {
+                0.01 * train.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()))
+            }
+        };
+        let named = |term: &Term| Named {
+            term: term.clone(),
+            half_widths: term.parameters.iter().map(|_| half_width(term)).collect(),
+            tied: Vec::new(),
+            first: None,
+            train_gain: train.len() as f64,
+            holdout_errors: f64::INFINITY,
+        };
+        self.law.terms.iter().map(named).collect()
+    }
+
+    /// What the search named, with intervals.
+    fn named(&self, best: &Fit) -> Vec<Named> {
+        if self.result.named.is_empty() {
+            return Vec::new();
+        }
+        let widths = interval::half_widths(best, self.data);
+        let Some(realised) = best.hypothesis.realise(&best.point) else { return Vec::new() };
+        let mut all: Vec<Named> = self
+            .result
+            .named
+            .iter()
+            .enumerate()
+            .filter_map(|(candidate, choice)| {
+                let index = best.hypothesis.stated + candidate;
+                let term = realised.model.physics.get(index)?.clone();
+                let half_widths = (0..term.parameters.len())
+                    .map(|parameter| {
+                        let place = best.hypothesis.place(Target::Term { term: index, parameter });
+                        place.and_then(|i| widths.get(i)).copied().unwrap_or(f64::INFINITY)
+                    })
+                    .collect();
+                Some(Named {
+                    term,
+                    half_widths,
+                    tied: choice.tied.clone(),
+                    first: None,
+                    train_gain: choice.gain,
+                    holdout_errors: choice.unseen.map_or(0.0, prove::Gained::errors),
+                })
+            })
+            .collect();
+        all.sort_by(|a, b| b.train_gain.total_cmp(&a.train_gain));
+        all
+    }
+
+    fn verdict(&self, physics: &[Named], other_numbers: bool) -> Verdict {
+        if self.law.is_another {
+            Verdict::Located
+        } else if !physics.is_empty() {
+            Verdict::MissingPhysics
+        } else if !self.result.set.is_empty() {
+            Verdict::Located
+        } else if other_numbers {
+            Verdict::Parameters
+        } else if self.result.predicted < TELLS {
+            Verdict::Undecided
+        } else {
+            Verdict::NoMismatch
+        }
+    }
+
+    /// The plant's numbers and the load that stays, before and after; then those of the law.
+    fn parameters(&self, best: &Fit) -> Vec<Refitted> {
+        let widths = interval::half_widths(best, self.data);
+        let mut rows: Vec<Refitted> = Vec::new();
+        for ((free, x), width) in best.hypothesis.free.iter().zip(&best.point.x).zip(&widths) {
+            if !is_physical(free.target) || !matches!(free.target, Target::Plant(_) | Target::ConstantLoad) {
+                continue;
+            }
+            let value = free.value(*x);
+            let offset = best.hypothesis.numbers.iter().find(|n| n.role == Role::Offset);
+            let (name, nominal, value) = match (free.target, offset) {
+                (Target::ConstantLoad, Some(offset)) => {
+                    (format!("plant.{}", offset.name), offset.value, offset.value - value)
+                }
+                _ => (free.name.clone(), free.from, value),
+            };
+            rows.push(Refitted { name, nominal, value, half_width: *width });
+        }
+        rows.extend(self.law.numbers.iter().map(|(name, nominal, value)| Refitted {
+            name: name.clone(),
+            nominal: *nominal,
+            value: *value,
+            half_width: 0.0,
+        }));
+        rows
+    }
+
+    /// Whether the plant's numbers are other than stated by more than anyone would notice: the refit gains, and brings the closed loop closer.
+    fn numbers_are_other(&self, base: &Fit, train: &Fits, holdout: &Fits) -> bool {
+        let closer = |fits: &Fits| match (fits.nominal, fits.before) {
+            (Some(nominal), Some(before)) => {
+                let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+                let (a, b) = (error(nominal), error(before));
+                a - b > REFIT_CLOSER * a && a - b > REFIT_LEAST
+            }
+            (None, Some(_)) => true,
+            _ => false,
+        };
+        let moved: f64 = base.hypothesis.prior_rows(&base.point).map(|row| row * row).sum();
+        moved.is_finite()
+            && self.result.refit_gain > REFIT_GAIN
+            && closer(train)
+            && (holdout.nominal.is_none() || closer(holdout))
+    }
+
+    /// Kinds that lost, and kinds of which the recording says nothing; a tie is neither.
+    fn lost(
+        &self,
+        physics: &[Named],
+        shows: &[(&'static crate::physics::Kind, Shows)],
+    ) -> (Vec<Rejected>, Vec<Rejected>) {
+        let tied = |kind: &str| {
+            physics.iter().any(|named| named.term.kind.name == kind || named.tied.contains(&kind))
+                || self.result.set.iter().any(|(of, _)| *of == kind)
+        };
+        let (mut rejected, mut untestable) = (Vec::new(), Vec::new());
+        for (kind, gain) in &self.result.rivals {
+            if tied(kind) {
+                continue;
+            }
+            let shown = shows.iter().find(|(of, _)| of.name == *kind).map(|(_, shows)| shows);
+            match shown {
+                Some(Shows::Nothing) if *gain < self.options.least_gain => untestable.push(Rejected {
+                    kind,
+                    why: "too little moves here for it to show".into(),
+                    smallest: None,
+                }),
+                shown => rejected.push(Rejected {
+                    kind,
+                    why: format!("gains {gain:.1} in log-likelihood over the refitted model"),
+                    smallest: match shown {
+                        Some(Shows::From(term)) => Some(term.clone()),
+                        _ => None,
+                    },
+                }),
+            }
+        }
+        for kind in crate::physics::KINDS
+            .iter()
+            .filter(|kind| !(kind.applies)(&self.result.base.hypothesis.model.plant))
+        {
+            untestable.push(Rejected {
+                kind: kind.name,
+                why: "it can't act on this plant".into(),
+                smallest: None,
+            });
+        }
+        (rejected, untestable)
+    }
+}
+
+/// A loop with the load that stays, as a file states it: the plant's own offset, or a load from the start.
+fn as_file(model: &Loop, constant_load: f64) -> Loop {
+    let mut model = model.clone();
+    let mut numbers = model.plant.numbers();
+    if let Some(offset) = numbers.iter_mut().find(|number| number.role == Role::Offset) {
+        offset.value -= constant_load;
+        model.plant = model.plant.with_numbers(&numbers.iter().map(|n| n.value).collect::<Vec<_>>());
+    } else if constant_load != 0.0
+        && let Ok(load) = Term::new("load_step", &[("level", constant_load)])
+    {
+        model.physics.push(load);
+    }
+    model
+}
+
+/// Fit of the closed loop on a recording.
+fn fit_pct(model: &Loop, signals: &Signals) -> Option<FitPct> {
+    Some(fit_of(model, &run(model, signals, 0)?, signals))
+}
+
+/// How well the improved model fits itself under the sensor noise that was found.
+fn noise_floor(improved: &Loop, sensor_sd: f64, signals: &Signals) -> Option<FitPct> {
+    let quiet = run(improved, signals, 0)?;
+    let mut noisy = improved.clone();
+    noisy.sensor.noise = sensor_sd;
+    let trace = run(&noisy, signals, 1)?;
+    let measured = Signals { y: trace.y, u: trace.u, ..signals.clone() };
+    Some(fit_of(improved, &quiet, &measured))
+}

@@ -1,0 +1,40 @@
+//! The numbers that decide, each with its source. What a number is worth was measured on loops of independent simulators: `.ci/wide` and
+//! `tests/cases/run` print the tables of the README.
+
+use crate::estimate::hypothesis::Priors;
+
+/// The numbers that decide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// What a fit takes as likely before it has seen the recording.
+    pub priors: Priors,
+    /// Log-likelihood, after the cost of its numbers, from which something is missing.
+    pub least_gain: f64,
+    /// Part of the strongest term's gain that a further one must have: no model of the first is exact.
+    pub least_share: f64,
+    /// Log-likelihood by which the best kind (or family of kinds) must lead all others to be named.
+    pub margin: f64,
+    /// Part of a hold-out of its own, and of a recording without one, that a fit may see.
+    pub seen_of_holdout: f64,
+    /// The same of a recording without a hold-out.
+    pub seen_of_recording: f64,
+    /// Samples of a recording that are used.
+    pub most_samples: usize,
+    /// Terms that may be named.
+    pub most_terms: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            priors: Priors::default(),
+            least_gain: 6.0,
+            least_share: 0.01,
+            margin: 5.0,
+            seen_of_holdout: 0.7,
+            seen_of_recording: 0.7,
+            most_samples: 150_000,
+            most_terms: 3,
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The proof: what was found, on samples that no number was fitted on and no choice was made by: the log-likelihood that is gained there.
+
+use crate::diagnose::signals::Signals;
+use crate::estimate::fit::Fit;
+use crate::estimate::likelihood::{Cache, Data, runs};
+
+/// Log-likelihood gained on unseen samples, with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gained {
+    /// The sum over the unseen samples, in nats.
+    pub sum: f64,
+    /// Its standard error, from the scatter of the samples' own gains; they are independent as far as the innovations are white.
+    pub error: f64,
+}
+
+impl Gained {
+    /// The sum in standard errors.
+    pub fn errors(self) -> f64 {
+        self.sum / self.error.max(1e-300)
+    }
+}
+
+/// Half width, in standard errors, of a 95 % interval.
+const NORMAL_95: f64 = 1.96;
+impl Gained {
+    /// Whether its 95 % interval lies above zero.
+    pub fn is_sure(self) -> bool {
+        self.sum > NORMAL_95 * self.error
+    }
+}
+
+/// What one fit gains over another beyond what both were fitted to; `None` where there is nothing unseen, or it can't be simulated there.
+/// Both filters run on from the samples that they have seen.
+pub fn gained(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
+    let whole = data.seeing(data.recordings.iter().map(Signals::len).collect());
+    let longest = data.recordings.iter().map(Signals::len).max()?;
+    let of = |fit: &Fit| -> Option<Vec<f64>> {
+        let seen = fit.rows.sensor_sd / fit.hypothesis.scales.noise;
+        let runs = runs(&fit.hypothesis, &fit.point, &whole, &mut Cache::default(), longest, true)?;
+        let mut all = Vec::new();
+        for (run, fitted) in runs.iter().zip(&data.fitted) {
+            let unseen = run.scaled.iter().zip(&run.log_scales).skip(*fitted);
+            all.extend(unseen.map(|(e, log)| -0.5 * (e * e / (seen * seen) + log) - libm::log(seen)));
+        }
+        Some(all)
+    };
+    let differences: Vec<f64> = of(better)?.iter().zip(of(worse)?).map(|(a, b)| a - b).collect();
+    if differences.is_empty() {
+        return None;
+    }
+    let n = differences.len() as f64;
+    let sum: f64 = differences.iter().sum();
+    let mean = sum / n;
+    let square: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
+    Some(Gained { sum, error: libm::sqrt(square) })
+}

@@ -1,0 +1,314 @@
+//! Fits of all kinds of physics beside a base: what explains the recordings, each kind at the best point that can be found.
+
+use rayon::prelude::*;
+
+use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
+use crate::estimate::likelihood::Data;
+use crate::physics::{KINDS, Kind, Place, Starts};
+
+use super::nominal;
+use super::starts::{Base, Begin, begins};
+
+/// Starts of a kind from each base, and how far apart two of them begin, as part of the recording.
+const STARTS: usize = 2;
+const APART: f64 = 0.03;
+/// Slides from each start.
+const SLIDES: usize = 2;
+/// Gain of a short fit below which a kind is not fitted to the end.
+const LEAST: f64 = 3.0;
+/// Steps of a short fit, of a longer one and of one that is to end.
+const SHORT: usize = 3;
+const LONG: usize = 12;
+const AGAIN: usize = 5;
+/// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
+const WORTH: f64 = 0.15;
+const CLOSE: f64 = 60.0;
+/// Gain of a short fit from which its shared numbers are tried for the other kinds.
+const LEADS: f64 = 15.0;
+
+/// A kind at its best point.
+#[derive(Debug, Clone)]
+pub struct Rival {
+    /// The kind.
+    pub kind: &'static Kind,
+    /// Its fit: the base with the kind as the last candidate.
+    pub fit: Fit,
+    /// Whether it was fitted to the end: else it was far behind.
+    pub ended: bool,
+}
+
+/// A base and all kinds beside it.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// The base, fitted again from the best rivals' shared numbers.
+    pub base: Fit,
+    /// The kinds, the likeliest first.
+    pub rivals: Vec<Rival>,
+}
+
+/// Whether the likelihood of y is where a kind is looked for.
+pub fn is_searched(kind: &Kind) -> bool {
+    kind.place != Place::Controller && !matches!(kind.search, Starts::Apart)
+}
+
+fn begins_at_once(kind: &Kind) -> bool {
+    matches!(kind.search, Starts::Onset(_) | Starts::NoiseChange)
+}
+
+/// Numbers that a descent can't move: those of a last term that is rough throughout and has more than one, a sticking valve's say.
+fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
+    let Some(last) = hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
+    let places = hypothesis.places_of(last);
+    let is_stiction = hypothesis.candidates().last().is_some_and(|term| term.kind.name == "stiction");
+    if is_stiction { places } else { Vec::new() }
+}
+
+/// Which kinds are fitted beside a base.
+#[derive(Debug, Clone, Copy)]
+pub enum Round {
+    /// All of them.
+    First,
+    /// Those of which a start promises something.
+    Later,
+    /// One and the others of its family.
+    Family(&'static Kind),
+}
+
+/// Fall of the objective that a start must promise in a later round.
+const PROMISES: f64 = 8.0;
+
+/// The kinds of a round beside a base. Short fits see the screening part of the data.
+pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
+    let screening = &data.screening();
+    let present = |kind: &Kind| base.hypothesis.candidates().iter().any(|term| term.kind == kind);
+    let asked = |kind: &Kind| match round {
+        Round::Family(first) => kind == first || (kind.family.is_some() && kind.family == first.family),
+        Round::First | Round::Later => true,
+    };
+    let kinds: Vec<&'static Kind> = KINDS
+        .iter()
+        .copied()
+        .filter(|kind| is_searched(kind) && (kind.applies)(&base.hypothesis.model.plant))
+        .filter(|kind| !present(kind) && asked(kind))
+        .collect();
+    let mut seen = Fit::at(&base.hypothesis, &base.point, screening)?;
+    seen.descend(screening, SHORT, &[]);
+    let is_first = matches!(round, Round::First);
+    let quiet = if is_first { nominal::quiet(&seen, screening) } else { None };
+    let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
+        .into_iter()
+        .flatten()
+        .filter_map(|fit| Base::new(fit, screening))
+        .collect();
+    let short: Vec<(&'static Kind, Fit)> = kinds
+        .par_iter()
+        .filter_map(|kind| Some((*kind, short_fit(&bases, kind, screening, matches!(round, Round::Later))?)))
+        .collect();
+    let short = second_round(short, &seen, screening);
+    let gains: Vec<f64> = short.iter().map(|(_, fit)| 0.5 * (seen.objective() - fit.objective())).collect();
+    let top = gains.iter().copied().fold(0.0, f64::max);
+    let rivals: Vec<Rival> = short
+        .into_par_iter()
+        .zip(gains)
+        .filter_map(|((kind, fit), gain)| {
+            let ended = gain > (WORTH * top).min(top - CLOSE).max(LEAST);
+            let mut whole = Fit::at(&fit.hypothesis, &fit.point, data)?;
+            if ended {
+                to_the_end(&mut whole, kind, data);
+            }
+            Some(Rival { kind, fit: whole, ended })
+        })
+        .collect();
+    let mut field = Field { base: base.clone(), rivals };
+    field.share(data);
+    Some(field)
+}
+
+/// The best of the short fits from a kind's starts: of what has slid from each base's starts the best descends.
+fn short_fit(bases: &[Base<'_>], kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
+    bases
+        .iter()
+        .filter_map(|base| from_base(base, kind, data, must_promise))
+        .min_by(|a, b| a.objective().total_cmp(&b.objective()))
+}
+
+fn from_base(base: &Base<'_>, kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
+    let duration = data.recordings.first()?.duration_s();
+    let mut best: Option<Fit> = None;
+    let mut tried: Vec<f64> = Vec::new();
+    for begin in begins(base, kind).into_iter().filter(|begin| !must_promise || begin.score > PROMISES) {
+        if begins_at_once(kind) && tried.iter().any(|onset| (onset - begin.onset_s).abs() < APART * duration)
+        {
+            continue;
+        }
+        tried.push(begin.onset_s);
+        best = better(best, tried_from(base, &begin, kind, data));
+        if tried.len() == STARTS {
+            break;
+        }
+    }
+    let mut best = best?;
+    let fixed = stuck(&best.hypothesis);
+    best.descend(data, SHORT, &fixed);
+    Some(best)
+}
+
+/// A fit from a start. A wave's length is too far from linear for a slide.
+fn tried_from(base: &Base<'_>, begin: &Begin, kind: &Kind, data: &Data) -> Option<Fit> {
+    if !matches!(kind.search, Starts::Wave(_)) {
+        return base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
+    }
+    let mut fit = Fit::at(&begin.hypothesis, &begin.point, data)?;
+    fit.descend(data, SHORT, &[]);
+    Some(fit)
+}
+
+fn better(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.objective() < a.objective() { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// Every kind again from the shared numbers of the best one, and steps also from where the best step begins.
+fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -> Vec<(&'static Kind, Fit)> {
+    let gain = |fit: &Fit| 0.5 * (base.objective() - fit.objective());
+    let Some((leader, best)) =
+        short.iter().min_by(|a, b| a.1.objective().total_cmp(&b.1.objective())).cloned()
+    else {
+        return short;
+    };
+    if gain(&best) < LEADS {
+        return short;
+    }
+    let Some(shared) = Fit::at(&base.hypothesis, &shared_point(base, &best), data) else { return short };
+    let Some(from) = Base::new(&shared, data) else { return short };
+    let steps = short.iter().filter(|(kind, fit)| begins_at_once(kind) && gain(fit) > LEADS);
+    let best_step = steps
+        .min_by(|a, b| a.1.objective().total_cmp(&b.1.objective()))
+        .map(|(kind, fit)| (*kind, fit.clone()));
+    short.par_iter_mut().filter(|(kind, _)| *kind != leader).for_each(|(kind, fit)| {
+        let mut tried: Vec<Option<Fit>> = begins(&from, kind)
+            .first()
+            .map(|begin| tried_from(&from, begin, kind, data))
+            .into_iter()
+            .collect();
+        if let Some((of, step)) = &best_step
+            && begins_at_once(kind)
+            && of != kind
+            && let Some(onset) = step.point.onsets.last()
+        {
+            for side in [0.15, -0.15] {
+                tried.push(at_onset(fit, &from, *onset, side));
+            }
+        }
+        for trial in tried.into_iter().flatten() {
+            if trial.objective() < fit.objective() {
+                *fit = trial;
+            }
+        }
+    });
+    short
+}
+
+/// A kind that begins at once, from another's onset.
+fn at_onset(fit: &Fit, from: &Base<'_>, onset_s: f64, size: f64) -> Option<Fit> {
+    let hypothesis = fit.hypothesis.clone();
+    let mut point = hypothesis.widen(&from.fit.hypothesis, &from.fit.point);
+    let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
+    let free = hypothesis.free.get(place)?;
+    *point.x.get_mut(place)? = size.clamp(free.low, free.high);
+    *point.onsets.last_mut()? = onset_s;
+    from.slid(&Begin { score: 0.0, hypothesis, point, onset_s }, SLIDES, &[])
+}
+
+/// The base's point with the numbers that it shares with another fit.
+fn shared_point(base: &Fit, other: &Fit) -> Point {
+    let mut point = base.hypothesis.widen(&other.hypothesis, &other.point);
+    point.onsets.truncate(base.hypothesis.candidates().len());
+    point
+}
+
+/// The long fit of a kind, with the searches that its numbers need.
+fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
+    let duration = fit.hypothesis.scales.duration_s;
+    let last = fit.hypothesis.candidates().len() - 1;
+    let fixed = stuck(&fit.hypothesis);
+    let at_once = begins_at_once(kind);
+    if at_once {
+        fit.search_onset(data, last, duration / 60.0, None);
+    }
+    fit.descend(data, LONG, &fixed);
+    if at_once && let Some(tangent) = fit.tangent(data, &fixed) {
+        fit.search_onset(data, last, duration / 25.0, Some(&tangent));
+        fit.search_onset(data, last, duration / 200.0, None);
+        fit.descend(data, AGAIN, &fixed);
+    }
+    fit.look_closer();
+    fit.descend(data, AGAIN, &fixed);
+    let places = fit.hypothesis.places_of(last);
+    let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
+    let rough: Vec<usize> = places.into_iter().filter(is_rough).collect();
+    if !rough.is_empty()
+        && let Some(tangent) = fit.tangent(data, &rough)
+    {
+        rough.iter().for_each(|place| fit.profile(data, *place, &tangent));
+        fit.descend(data, AGAIN, &fixed);
+    }
+}
+
+impl Field {
+    /// Once more, from the numbers that the best two share with the others, and sorts.
+    fn share(&mut self, data: &Data) {
+        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+        let best: Vec<Fit> = self.rivals.iter().take(2).map(|rival| rival.fit.clone()).collect();
+        let of_base: Vec<Fit> = best
+            .par_iter()
+            .filter_map(|other| {
+                let mut fit = Fit::at(&self.base.hypothesis, &shared_point(&self.base, other), data)?;
+                fit.descend(data, LONG, &[]);
+                Some(fit)
+            })
+            .collect();
+        for fit in of_base {
+            if fit.objective() < self.base.objective() {
+                self.base = fit;
+            }
+        }
+        self.rivals.par_iter_mut().filter(|rival| rival.ended).for_each(|rival| {
+            for other in &best {
+                if other.hypothesis.candidates().last().map(|term| term.kind) == Some(rival.kind) {
+                    continue;
+                }
+                let point = with_shared(&rival.fit, other);
+                let Some(mut fit) = Fit::at(&rival.fit.hypothesis, &point, data) else { continue };
+                let fixed = stuck(&fit.hypothesis);
+                fit.descend(data, AGAIN, &fixed);
+                if fit.objective() < rival.fit.objective() {
+                    rival.fit = fit;
+                }
+            }
+        });
+        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+    }
+
+    /// Log-likelihood that a rival gains over the base.
+    pub fn gain(&self, rival: &Rival) -> f64 {
+        0.5 * (self.base.objective() - rival.fit.objective())
+    }
+}
+
+/// A fit's point with the plant's, the load's and the noise's numbers of another.
+fn with_shared(fit: &Fit, other: &Fit) -> Point {
+    let mut point = fit.point.clone();
+    for (free, x) in fit.hypothesis.free.iter().zip(&mut point.x) {
+        let shared = is_noise(free.target)
+            || matches!(free.target, Target::Plant(_) | Target::ConstantLoad | Target::Late);
+        if shared && let Some(value) = other.hypothesis.place(free.target).and_then(|i| other.point.x.get(i))
+        {
+            *x = *value;
+        }
+    }
+    point
+}

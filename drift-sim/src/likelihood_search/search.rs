@@ -1,0 +1,272 @@
+//! The search: kind after kind is named as long as one, or one family, is left alone and gains on what nothing has seen; what was named
+//! before is judged again beside what came after.
+
+use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::{Hypothesis, Point, Target};
+use crate::estimate::likelihood::Data;
+use crate::physics::{Kind, Place, Term};
+
+use super::decide::{Decision, cost_of, decide, independent_share};
+use super::lattice;
+use super::options::Options;
+use super::prove::{Gained, gained};
+use super::rivals::{Field, Rival, Round, field};
+
+/// Steps of a fit without one of the terms.
+const REFIT_STEPS: usize = 10;
+
+/// The search on one nominal fit.
+pub struct Search<'a> {
+    /// The data.
+    pub data: &'a Data,
+    /// The numbers that decide.
+    pub options: &'a Options,
+    /// Whether the plant was identified from the recording itself.
+    pub is_guessed: bool,
+}
+
+/// What speaks for a named term.
+#[derive(Debug, Clone)]
+pub struct Choice {
+    /// Others of its family that can't be told from it.
+    pub tied: Vec<&'static str>,
+    /// Log-likelihood that it gains after the cost of its numbers.
+    pub gain: f64,
+    /// The same on what nothing has seen.
+    pub unseen: Option<Gained>,
+}
+
+/// Where a search ended.
+pub struct Found {
+    /// The nominal loop, its numbers refitted.
+    pub base: Fit,
+    /// The same with the named terms as its candidates; none where nothing is named.
+    pub best: Option<Fit>,
+    /// What is named, in the order of the candidates.
+    pub named: Vec<Choice>,
+    /// Kinds that are left where they can't be told apart, and their gains after the cost of their numbers.
+    pub set: Vec<(&'static str, f64)>,
+    /// Whether what can't be told apart is proven to be there.
+    pub is_proven: bool,
+    /// All kinds beside the nominal loop, and what they gain.
+    pub rivals: Vec<(&'static str, f64)>,
+    /// A coarse sensor.
+    pub quantum: Option<Term>,
+    /// Log-likelihood that the refitted numbers gain over the stated ones.
+    pub refit_gain: f64,
+    /// Part of the drive's variance that is u's, the rest being the random load's.
+    pub predicted: f64,
+}
+
+impl Found {
+    /// The place that all kinds left share, or the loop.
+    pub fn place(&self) -> Option<Place> {
+        let mut places =
+            self.set.iter().filter_map(|(kind, _)| Kind::named(kind).ok()).map(|kind| kind.place);
+        let first = places.next()?;
+        Some(if places.all(|place| place == first) { first } else { Place::Loop })
+    }
+}
+
+impl Search<'_> {
+    /// Nothing is looked for: under a law that is another one nothing can be named.
+    pub fn nominal_only(&self, base: Fit) -> Found {
+        let refit_gain = self.refit_gain(&base);
+        Found {
+            predicted: predicted(&base),
+            refit_gain,
+            base,
+            best: None,
+            named: Vec::new(),
+            set: Vec::new(),
+            is_proven: false,
+            rivals: Vec::new(),
+            quantum: None,
+        }
+    }
+
+    /// The whole search.
+    pub fn run(&self, nominal: Fit) -> Found {
+        let quantum = if self.is_guessed { None } else { lattice::step(&self.data.recordings) };
+        let quantum = quantum.and_then(|step| Term::new("quantization", &[("step", step)]).ok());
+        if quantum.is_some() {
+            // Innovations of a rounded y are no noise: what else there may be can't be told from the rounding.
+            return Found { quantum, ..self.nominal_only(nominal) };
+        }
+        let Some(first) = field(&nominal, self.data, Round::First) else { return self.nominal_only(nominal) };
+        let decision = decide(&first, self.options, 0.0);
+        let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
+        let mut found = Found { rivals, ..self.nominal_only(first.base.clone()) };
+        self.take(&mut found, &first, decision);
+        while !found.named.is_empty() && found.named.len() < self.options.most_terms {
+            let Some(best) = found.best.clone() else { break };
+            let Some(next) = field(&best, self.data, Round::Later) else { break };
+            let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
+            let decision = decide(&next, self.options, self.options.least_share * strongest);
+            let before = found.named.len();
+            let set = std::mem::take(&mut found.set);
+            self.take(&mut found, &next, decision);
+            found.set = set;
+            if found.named.len() == before {
+                break;
+            }
+            self.reconsider(&mut found);
+        }
+        self.prove(&mut found);
+        found
+    }
+
+    /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.
+    fn take(&self, found: &mut Found, field: &Field, decision: Decision) {
+        let Some(best) = decision.scored.first().and_then(|s| field.rivals.get(s.place)) else { return };
+        if decision.set.is_empty() {
+            return;
+        }
+        let score = |kind: &Kind| decision.scored.iter().find(|s| s.kind == kind).map_or(0.0, |s| s.score);
+        match decision.named.as_ref().and_then(|(place, tied)| Some((field.rivals.get(*place)?, tied))) {
+            Some((rival, tied)) => {
+                found.named.push(Choice { tied: tied.clone(), gain: score(rival.kind), unseen: None });
+                found.best = Some(rival.fit.clone());
+            }
+            None => {
+                found.set = decision.set.iter().map(|kind| (kind.name, score(kind))).collect();
+                found.is_proven = gained(&best.fit, &field.base, self.data).is_none_or(Gained::is_sure);
+            }
+        }
+    }
+
+    /// Proves each named term on what nothing has seen, against the same loop without it, refitted. What does not gain there for sure is
+    /// not named, the weakest first.
+    fn prove(&self, found: &mut Found) {
+        while let Some(best) = found.best.clone() {
+            let mut weakest: Option<(usize, f64, Fit)> = None;
+            for index in 0..found.named.len() {
+                let without = if found.named.len() == 1 {
+                    Some(found.base.clone())
+                } else {
+                    without(&best, index, self.data)
+                };
+                let Some(without) = without else { continue };
+                let unseen = gained(&best, &without, self.data);
+                if let Some(choice) = found.named.get_mut(index) {
+                    choice.unseen = unseen;
+                    if best.hypothesis.candidates().len() > 1 {
+                        choice.gain =
+                            0.5 * independent_share(&best) * (without.objective() - best.objective())
+                                - cost_of(&best, index);
+                    }
+                }
+                if let Some(gain) = unseen.filter(|gain| !gain.is_sure())
+                    && weakest.as_ref().is_none_or(|(_, errors, _)| gain.errors() < *errors)
+                {
+                    weakest = Some((index, gain.errors(), without));
+                }
+            }
+            let Some((index, _, without)) = weakest else { return };
+            let dropped = found.named.remove(index);
+            if found.named.is_empty() {
+                let kind = best.hypothesis.candidates().get(index).map_or("", |term| term.kind.name);
+                found.set =
+                    std::iter::once(kind).chain(dropped.tied).map(|kind| (kind, dropped.gain)).collect();
+                found.is_proven = false;
+                found.best = None;
+            } else {
+                found.best = Some(without);
+            }
+        }
+    }
+
+    /// Judges the first of two terms again beside the second: its family's other members, which the second may have been mistaken for.
+    fn reconsider(&self, found: &mut Found) {
+        let Some(best) = found.best.clone() else { return };
+        let count = best.hypothesis.candidates().len();
+        let (Some(first), Some(choice)) =
+            (best.hypothesis.candidates().first().cloned(), found.named.first().cloned())
+        else {
+            return;
+        };
+        if count != 2 || first.kind.family.is_none() {
+            return;
+        }
+        let Some(without) = without(&best, 0, self.data) else { return };
+        let Some(again) = field(&without, self.data, Round::Family(first.kind)) else { return };
+        let decision = decide(&again, self.options, 0.0);
+        let Some((place, tied)) = decision.named else { return };
+        let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };
+        let gain = decision.scored.iter().find(|s| s.place == place).map_or(0.0, |s| s.score);
+        found.best = Some(fit.clone());
+        // The order of the candidates is that of the fit: the second comes first now.
+        found.named.swap(0, 1);
+        if let Some(last) = found.named.last_mut() {
+            *last = Choice { tied, gain, unseen: choice.unseen };
+        }
+    }
+
+    /// What the nominal loop's own numbers gain by being refitted.
+    fn refit_gain(&self, base: &Fit) -> f64 {
+        let plant: Vec<usize> = (0..base.hypothesis.free.len())
+            .filter(|i| {
+                base.hypothesis
+                    .free
+                    .get(*i)
+                    .is_some_and(|f| matches!(f.target, Target::Plant(_) | Target::ConstantLoad))
+            })
+            .collect();
+        let mut point = base.point.clone();
+        for place in &plant {
+            if let Some(x) = point.x.get_mut(*place) {
+                *x = 0.0;
+            }
+        }
+        let Some(mut stated) = Fit::at(&base.hypothesis, &point, self.data) else { return f64::INFINITY };
+        stated.descend(self.data, 4, &plant);
+        0.5 * (stated.objective() - base.objective())
+    }
+}
+
+/// A fit without one of its candidates, the others refitted.
+fn without(fit: &Fit, index: usize, data: &Data) -> Option<Fit> {
+    let mut hypothesis = fit.hypothesis.clone();
+    let gone = hypothesis.stated + index;
+    if gone >= hypothesis.model.physics.len() {
+        return None;
+    }
+    hypothesis.model.physics.remove(gone);
+    let kept =
+        |target: Target| !matches!(target, Target::Term { term, .. } | Target::Onset(term) if term == gone);
+    let x: Vec<f64> = fit
+        .hypothesis
+        .free
+        .iter()
+        .zip(&fit.point.x)
+        .filter(|(free, _)| kept(free.target))
+        .map(|(_, x)| *x)
+        .collect();
+    hypothesis.free.retain(|free| kept(free.target));
+    for free in &mut hypothesis.free {
+        free.target = earlier(free.target, gone);
+    }
+    let mut onsets = fit.point.onsets.clone();
+    onsets.remove(index);
+    let mut without = Fit::at(&hypothesis, &Point { x, onsets }, data)?;
+    without.descend(data, REFIT_STEPS, &[]);
+    Some(without)
+}
+
+/// A number's target once a term before it is gone.
+fn earlier(target: Target, gone: usize) -> Target {
+    let one_less = |term: usize| if term > gone { term - 1 } else { term };
+    match target {
+        Target::Term { term, parameter } => Target::Term { term: one_less(term), parameter },
+        Target::Onset(term) => Target::Onset(one_less(term)),
+        other => other,
+    }
+}
+
+/// Part of the drive's variance that is u's.
+fn predicted(fit: &Fit) -> f64 {
+    let at = |hypothesis: &Hypothesis, target| {
+        hypothesis.place(target).and_then(|i| fit.point.x.get(i)).copied().unwrap_or(0.0)
+    };
+    1.0 / (1.0 + libm::exp(2.0 * at(&fit.hypothesis, Target::LoadSize)))
+}

@@ -1,0 +1,192 @@
+//! Where the fit of a kind begins: points found by few simulations each, the best first. What a point gains is judged after all that
+//! the base's own numbers could take up has been projected out.
+
+mod grid;
+mod noise_change;
+mod onset;
+mod wave;
+
+use crate::estimate::fit::{Fit, Tangent};
+use crate::estimate::hypothesis::{Hypothesis, Point};
+use crate::estimate::likelihood::{Cache, Data, Rows, rows};
+use crate::physics::{Kind, Over, Starts, Term};
+
+/// A point to begin at.
+#[derive(Debug, Clone)]
+pub struct Begin {
+    /// The objective's fall that it promises.
+    pub score: f64,
+    /// The hypothesis with the term.
+    pub hypothesis: Hypothesis,
+    /// The point.
+    pub point: Point,
+    /// When the term begins, for those that do so within the recording.
+    pub onset_s: f64,
+}
+
+/// A fit from which terms are tried, with what its own numbers can take up.
+pub struct Base<'a> {
+    /// The fit.
+    pub fit: &'a Fit,
+    /// The data.
+    pub data: &'a Data,
+    /// Its gains.
+    cache: Cache,
+    /// How its rows move with its numbers.
+    tangent: Tangent,
+    /// Orthonormal directions in which the rows move with its numbers.
+    directions: Vec<Vec<f64>>,
+    /// Its rows without what lies in those.
+    rest: Vec<f64>,
+    /// Their sum of squares.
+    rest_squares: f64,
+}
+
+impl<'a> Base<'a> {
+    /// The directions of a fit; `None` where it can't be simulated beside its point.
+    pub fn new(fit: &'a Fit, data: &'a Data) -> Option<Self> {
+        let tangent = fit.tangent(data, &[])?;
+        let mut directions: Vec<Vec<f64>> = Vec::new();
+        for column in tangent.columns() {
+            let size = dot(column, column);
+            let mut left = without(&directions, column.clone());
+            left = without(&directions, left);
+            let norm = dot(&left, &left);
+            if norm > 1e-10 * size && norm > 0.0 {
+                let factor = 1.0 / libm::sqrt(norm);
+                left.iter_mut().for_each(|x| *x *= factor);
+                directions.push(left);
+            }
+        }
+        let rest = without(&directions, fit.rows.z.clone());
+        let rest_squares = dot(&rest, &rest);
+        let cache = Cache::at(&fit.hypothesis, &fit.point, data);
+        Some(Self { fit, data, cache, tangent, directions, rest, rest_squares })
+    }
+
+    /// A fit from a point that slides along the base's own tangent and that of the term, which costs few runs.
+    pub fn slid(&self, begin: &Begin, steps: usize, fixed: &[usize]) -> Option<Fit> {
+        let mut fit = Fit::at(&begin.hypothesis, &begin.point, self.data)?;
+        let own: Vec<usize> = begin
+            .hypothesis
+            .places_of(begin.hypothesis.candidates().len() - 1)
+            .into_iter()
+            .filter(|place| !fixed.contains(place))
+            .collect();
+        let columns = fit.columns(self.data, &own)?;
+        // The wider hypothesis has the base's numbers in the same order, the term's among them.
+        let shared = self.fit.hypothesis.free.iter().map(|free| begin.hypothesis.place(free.target));
+        let shared: Option<Vec<usize>> = shared.collect();
+        let base = Tangent::new(shared?, self.tangent.columns().to_vec());
+        fit.slide(self.data, &base.with(&own, columns), steps);
+        Some(fit)
+    }
+
+    /// The rows of a wider hypothesis at a point.
+    fn rows(&self, hypothesis: &Hypothesis, point: &Point) -> Option<Rows> {
+        rows(hypothesis, point, self.data, &mut self.cache.clone())
+    }
+
+    /// What is left of rows.
+    fn project(&self, z: Vec<f64>) -> Vec<f64> {
+        without(&self.directions, z)
+    }
+
+    /// The objective's fall that a fall of the squares means.
+    fn fall(&self, squares: f64) -> f64 {
+        let n = self.fit.rows.count as f64;
+        let left = (self.rest_squares - squares).max(1e-12 * self.rest_squares);
+        n * libm::log(self.rest_squares / left)
+    }
+
+    /// How far a point of a wider hypothesis lowers the objective, at least.
+    fn score(&self, hypothesis: &Hypothesis, point: &Point) -> Option<f64> {
+        let left = self.project(self.rows(hypothesis, point)?.z);
+        Some(self.fall(self.rest_squares - dot(&left, &left)))
+    }
+
+    /// How the rows answer to a small move of one number of a point, per unit of x, less what the base can take up.
+    fn response(&self, hypothesis: &Hypothesis, point: &Point, place: usize, step: f64) -> Option<Vec<f64>> {
+        let mut moved = point.clone();
+        *moved.x.get_mut(place)? += step;
+        let rows = self.rows(hypothesis, &moved)?;
+        let difference = rows.z.iter().zip(&self.fit.rows.z).map(|(a, b)| (a - b) / step);
+        Some(self.project(difference.collect()))
+    }
+
+    /// Where the term would have to stand if it acted in proportion: (x less its neutral value, fall of the objective).
+    fn proportional(&self, response: &[f64]) -> (f64, f64) {
+        let size = dot(response, response).max(1e-300);
+        let along = -dot(response, &self.rest);
+        (along / size, self.fall(along * along / size))
+    }
+}
+
+/// The points for a kind, the best first.
+pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
+    let mut found = match kind.search {
+        Starts::Grid(points) => grid::points(base, kind, &points(&base.fit.hypothesis.scales)),
+        Starts::Proportional => grid::proportional(base, kind),
+        Starts::Onset(weight) => onset::steps(base, kind, weight),
+        Starts::Ramp(weight) => onset::ramps(base, kind, weight),
+        Starts::Wave(over) => wave::waves(base, kind, over),
+        Starts::NoiseChange => noise_change::changes(base, kind),
+        Starts::Apart => None,
+    }
+    .unwrap_or_default();
+    found.retain(|begin| begin.score.is_finite());
+    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    found
+}
+
+/// The base's hypothesis with a term of the kind at these values.
+fn wider(base: &Base<'_>, kind: &'static Kind, parameters: Vec<f64>) -> Hypothesis {
+    base.fit.hypothesis.with(Term { kind, parameters, onset_s: 0.0, spans: Vec::new() })
+}
+
+/// A term's parameters where it does nothing.
+fn neutral(kind: &Kind) -> Vec<f64> {
+    kind.parameters.iter().map(|parameter| parameter.neutral).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn without(directions: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {
+    for direction in directions {
+        let along = dot(direction, &x);
+        x.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
+    }
+    x
+}
+
+/// A term of the kind of the size of the signals, and about the log-likelihood that it would have cost to leave it out.
+pub fn trial_power(base: &Base<'_>, kind: &'static Kind) -> Option<(Term, f64)> {
+    let scales = &base.fit.hypothesis.scales;
+    let middle = 0.5 * scales.duration_s;
+    let (parameters, onset_s) = match kind.search {
+        Starts::Grid(points) => (points(scales).into_iter().next()?.parameters, 0.0),
+        Starts::Wave(Over::Time) => (vec![0.3 * scales.drive, 10.0 / scales.duration_s, 0.0], 0.0),
+        Starts::Wave(Over::Position) => (vec![0.3 * scales.drive, 0.1 * scales.position, 0.0], 0.0),
+        Starts::Proportional => (sized(kind, scales), 0.0),
+        Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange => (sized(kind, scales), middle),
+        Starts::Apart => return None,
+    };
+    let mut term = Term { kind, parameters, onset_s: 0.0, spans: Vec::new() };
+    let hypothesis = base.fit.hypothesis.with(term.clone());
+    let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
+    let point = hypothesis.started(&from, &crate::physics::Start::of(term.parameters.clone()), onset_s);
+    let rows = base.rows(&hypothesis, &point)?;
+    let moved: Vec<f64> = rows.z.iter().zip(&base.fit.rows.z).map(|(a, b)| a - b).collect();
+    let left = base.project(moved);
+    let variance = dot(&base.fit.rows.z, &base.fit.rows.z) / base.fit.rows.count.max(1) as f64;
+    term.onset_s = onset_s;
+    Some((term, 0.5 * dot(&left, &left) / variance.max(1e-300)))
+}
+
+/// Parameters a third of their scales from where they do nothing.
+fn sized(kind: &Kind, scales: &crate::physics::Scales) -> Vec<f64> {
+    let size = |p: &crate::physics::Parameter| p.neutral + 0.3 * (p.scale)(scales, p.neutral);
+    kind.parameters.iter().map(|p| if p.default.is_some() { p.neutral } else { size(p) }).collect()
+}

@@ -1,0 +1,261 @@
+//! When something begins, by a matched filter: the innovations' answer to a step, from one simulation, is correlated with the
+//! innovations at every sample, weighted by what acts in proportion; the best times are checked exactly.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+use crate::estimate::hypothesis::{Hypothesis, Target};
+use crate::estimate::innovations::SETTLING;
+use crate::estimate::signals::{Signals, held};
+use crate::physics::{Kind, Start, Weight};
+use crate::plant::{Output, Plant};
+
+use super::{Base, Begin, neutral, wider};
+
+/// Size of the trial step, in the parameter's own scale.
+const TRIAL: f64 = 0.02;
+/// The same of a ratio.
+const RATIO_TRIAL: f64 = 0.1;
+/// Times that are checked exactly, and how far apart they are, as part of the recording.
+const CHECKED: usize = 5;
+const APART: f64 = 0.015;
+/// Part of the recording at either end in which nothing is taken to begin.
+const ENDS: f64 = 0.02;
+/// Samples over which a speed is averaged.
+const SPEED_SAMPLES: usize = 15;
+/// Greatest size of a start, in the parameter's own scale.
+const MOST: f64 = 5.0;
+
+/// Steps of the kind at the times where they would explain most.
+pub fn steps(base: &Base<'_>, kind: &'static Kind, weight: Weight) -> Option<Vec<Begin>> {
+    from_filter(base, kind, weight, false)
+}
+
+/// Ramps of the kind.
+pub fn ramps(base: &Base<'_>, kind: &'static Kind, weight: Weight) -> Option<Vec<Begin>> {
+    from_filter(base, kind, weight, true)
+}
+
+fn from_filter(base: &Base<'_>, kind: &'static Kind, weight: Weight, ramp: bool) -> Option<Vec<Begin>> {
+    let hypothesis = wider(base, kind, neutral(kind));
+    let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
+    let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
+    let free = hypothesis.free.get(place)?.clone();
+    let trial = if free.from == 0.0 { TRIAL } else { RATIO_TRIAL };
+    let answer = step_answer(base, weight)?;
+    let mut promise = promises(base, weight, &answer, ramp)?;
+    let n = promise.len();
+    let ends = (ENDS * n as f64) as usize;
+    promise.iter_mut().enumerate().filter(|(i, _)| *i < ends || *i + ends >= n).for_each(|(_, p)| *p = 0.0);
+    let ts = hypothesis.model.sample_time_s;
+    let mut begins = Vec::new();
+    for _ in 0..CHECKED {
+        let (at, best) = promise.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+        if *best <= 0.0 {
+            break;
+        }
+        let onset_s = at as f64 * ts;
+        let mut point = hypothesis.started(&from, &Start::of(vec![free.value(0.0)]), onset_s);
+        if let Some(response) = base.response(&hypothesis, &point, place, trial) {
+            let (x, score) = base.proportional(&response);
+            *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
+            begins.push(Begin { score, hypothesis: hypothesis.clone(), point, onset_s });
+        }
+        let apart = (APART * n as f64) as usize;
+        promise.iter_mut().skip(at.saturating_sub(apart)).take(2 * apart + 1).for_each(|p| *p = 0.0);
+    }
+    Some(begins)
+}
+
+/// How the innovations answer, sample after sample, to a unit step on the drive (on y for a sensor), in the drive's (y's) scale.
+fn step_answer(base: &Base<'_>, weight: Weight) -> Option<Vec<f64>> {
+    let kind = Kind::named(if weight == Weight::Sensor { "sensor_bias" } else { "load_step" }).ok()?;
+    let hypothesis = wider(base, kind, neutral(kind));
+    let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
+    let length = base.data.fitted.first()?.min(&base.data.recordings.first()?.len()).to_owned();
+    let middle = length / 2 + SETTLING;
+    let ts = hypothesis.model.sample_time_s;
+    let level = TRIAL
+        * if weight == Weight::Sensor {
+            base.fit.hypothesis.scales.y
+        } else {
+            base.fit.hypothesis.scales.drive
+        };
+    let point = hypothesis.started(&from, &Start::of(vec![level]), middle as f64 * ts);
+    let rows = base.rows(&hypothesis, &point)?;
+    let difference = rows.z.iter().zip(&base.fit.rows.z).take(length).skip(middle);
+    let mut answer: Vec<f64> = difference.map(|(a, b)| (a - b) / TRIAL).collect();
+    let tail = answer.iter().rev().take(50);
+    let last = tail.clone().sum::<f64>() / tail.count().max(1) as f64;
+    answer.resize(length, last);
+    Some(answer)
+}
+
+/// For every sample the fall of the squares that a step (a ramp) from there on promises.
+fn promises(base: &Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Option<Vec<f64>> {
+    let n = answer.len();
+    let size = (2 * n).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+    let spectrum = |x: &[f64]| -> Option<Vec<Complex<f64>>> {
+        let mut padded = x.to_vec();
+        padded.resize(size, 0.0);
+        let mut out = forward.make_output_vec();
+        forward.process(&mut padded, &mut out).ok()?;
+        Some(out)
+    };
+    let signal = |mut x: Vec<Complex<f64>>| -> Option<Vec<f64>> {
+        // Rounding may leave an imaginary part where none can be.
+        if let Some(first) = x.first_mut() {
+            first.im = 0.0;
+        }
+        if let Some(last) = x.last_mut() {
+            last.im = 0.0;
+        }
+        let mut out = back.make_output_vec();
+        back.process(&mut x, &mut out).ok()?;
+        out.iter_mut().for_each(|x| *x /= size as f64);
+        Some(out)
+    };
+    let impulse: Vec<f64> = std::iter::once(answer.first().copied().unwrap_or(0.0))
+        .chain(answer.windows(2).map(|p| p[1] - p[0]))
+        .collect();
+    let impulse = spectrum(&impulse)?;
+    let last = answer.last().copied().unwrap_or(0.0);
+    let transient: f64 = answer.iter().map(|a| (a - last) * (a - last)).sum();
+    let (mut along, mut power) = (vec![0.0; n], vec![0.0; n]);
+    let mut first = 0;
+    let faulty = base.data.recordings.iter().zip(&base.data.fitted).take(base.data.healthy_from);
+    for (signals, fitted) in faulty {
+        let length = signals.len().min(*fitted);
+        if length == 0 {
+            continue;
+        }
+        let z = base.fit.rows.z.get(first..first + length)?;
+        first += length;
+        let matched = signal(
+            spectrum(z.get(..length.min(n))?)?.iter().zip(&impulse).map(|(z, h)| z * h.conj()).collect(),
+        )?;
+        let matched = matched.get(..n)?;
+        match (weight, ramp) {
+            (Weight::Load | Weight::Sensor, false) => {
+                add(&mut along, &from_here(matched));
+                add(&mut power, &reversed_sums(&answer.iter().map(|a| a * a).collect::<Vec<_>>()));
+            }
+            (_, true) => {
+                let once = from_here(matched);
+                let twice = from_here(&once);
+                let ramped: Vec<f64> = twice.iter().zip(&once).map(|(a, b)| a - b).collect();
+                add(&mut along, &ramped);
+                let mut sum = 0.0;
+                let grown = answer.iter().map(|a| {
+                    sum += a;
+                    sum * sum
+                });
+                add(&mut power, &reversed_sums(&grown.collect::<Vec<_>>()));
+            }
+            (_, false) => {
+                let acting = acting(base, weight, signals, n)?;
+                let weighted: Vec<f64> = acting.iter().zip(matched).map(|(v, q)| v * q).collect();
+                add(&mut along, &from_here(&weighted));
+                let answered = signal(spectrum(&acting)?.iter().zip(&impulse).map(|(v, h)| v * h).collect())?;
+                let squares: Vec<f64> = answered.get(..n)?.iter().map(|a| a * a).collect();
+                add(&mut power, &from_here(&squares));
+                let at_once: Vec<f64> = acting.iter().map(|v| 0.5 * v * v * transient).collect();
+                add(&mut power, &at_once);
+            }
+        }
+    }
+    let least = 1e-6 * power.iter().copied().fold(0.0, f64::max);
+    Some(along.iter().zip(&power).map(|(a, p)| a * a / p.max(least).max(1e-300)).collect())
+}
+
+/// What acts, in units of the drive's scale.
+fn acting(base: &Base<'_>, weight: Weight, signals: &Signals, n: usize) -> Option<Vec<f64>> {
+    let hypothesis = &base.fit.hypothesis;
+    let model = hypothesis.realise(&base.fit.point)?.model;
+    let drive = hypothesis.scales.drive;
+    let ts = model.sample_time_s;
+    let late = (model.plant.delay_s() / ts) as usize;
+    let gain = model.plant.drive_gain() * plant_gain(hypothesis, base);
+    let actuator = |i: usize| gain * signals.u.get(i.saturating_sub(late)).copied().unwrap_or(0.0) / drive;
+    let viscous = match &model.plant {
+        Plant::Servo(servo) => servo.viscous,
+        _ => 0.0,
+    };
+    let speeds = speeds(&model.plant, signals);
+    let friction = |i: usize| viscous * speeds.get(i).copied().unwrap_or(0.0) / drive;
+    let y = held(&signals.y);
+    let of = |i: usize| match weight {
+        Weight::Drive => actuator(i),
+        Weight::Viscous => friction(i),
+        Weight::Acceleration => actuator(i) - friction(i),
+        Weight::Output => y.get(i).copied().unwrap_or(0.0) / hypothesis.scales.y,
+        Weight::Load | Weight::Sensor => 1.0,
+    };
+    let length = signals.len().min(n);
+    Some((0..n).map(|i| if i < length { of(i) } else { 0.0 }).collect())
+}
+
+/// Plants that state no gain of their own drive carry it in their numbers.
+fn plant_gain(hypothesis: &Hypothesis, base: &Base<'_>) -> f64 {
+    let is_gain = |i: usize| hypothesis.numbers.get(i).is_some_and(|number| number.name == "gain");
+    let found = hypothesis.free.iter().zip(&base.fit.point.x).find_map(|(free, x)| match free.target {
+        Target::Plant(i) if is_gain(i) && matches!(hypothesis.model.plant, Plant::StateSpace(_)) => {
+            Some(free.value(*x))
+        }
+        _ => None,
+    });
+    found.unwrap_or(1.0)
+}
+
+/// The speed: y, or its smoothed slope.
+fn speeds(plant: &Plant, signals: &Signals) -> Vec<f64> {
+    let y = held(&signals.y);
+    match plant {
+        Plant::Servo(servo) if servo.output == Output::Position => {
+            let half = SPEED_SAMPLES / 2;
+            let at = |i: usize| y.get(i.min(y.len() - 1)).copied().unwrap_or(0.0);
+            (0..y.len())
+                .map(|i| {
+                    let (low, high) = (i.saturating_sub(half), (i + half).min(y.len() - 1));
+                    (at(high) - at(low)) / ((high - low).max(1) as f64 * signals.sample_time_s)
+                })
+                .collect()
+        }
+        _ => y,
+    }
+}
+
+fn add(sum: &mut [f64], x: &[f64]) {
+    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += x);
+}
+
+/// For each sample the sum from there to the end.
+fn from_here(x: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut out: Vec<f64> = x
+        .iter()
+        .rev()
+        .map(|x| {
+            sum += x;
+            sum
+        })
+        .collect();
+    out.reverse();
+    out
+}
+
+/// The running sum, backwards: what is left of it after a sample.
+fn reversed_sums(x: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut out: Vec<f64> = x
+        .iter()
+        .map(|x| {
+            sum += x;
+            sum
+        })
+        .collect();
+    out.reverse();
+    out
+}

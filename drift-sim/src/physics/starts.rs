@@ -1,0 +1,71 @@
+//! Where the search for a kind of physics begins.
+
+use super::Scales;
+
+/// How a kind finds its starting values.
+#[derive(Debug, Clone, Copy)]
+pub enum Starts {
+    /// These points are tried, one simulation each.
+    Grid(fn(&Scales) -> Vec<Start>),
+    /// What it does is in proportion to its first parameter, from the start of the recording: one small trial tells the size.
+    Proportional,
+    /// It begins at an unknown time, and from then on acts in proportion to a signal: a matched filter finds when.
+    Onset(Weight),
+    /// It grows from an unknown time on.
+    Ramp(Weight),
+    /// It repeats: a spectrum finds how often. Its parameters are amplitude, frequency or period, and phase.
+    Wave(Over),
+    /// Noise changes at an unknown time.
+    NoiseChange,
+    /// The likelihood of y is not where it is found: the grid of y, spans of an injected signal, the control law.
+    Apart,
+}
+
+/// What acts in proportion to a term's parameter after its onset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weight {
+    /// A constant, on the drive.
+    Load,
+    /// A constant, on y.
+    Sensor,
+    /// The actuator's drive.
+    Drive,
+    /// Viscous friction.
+    Viscous,
+    /// The force that accelerates.
+    Acceleration,
+    /// y, on the drive.
+    Output,
+}
+
+/// What a wave repeats over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    /// Time.
+    Time,
+    /// Position.
+    Position,
+}
+
+/// A point to begin at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// The term's parameters.
+    pub parameters: Vec<f64>,
+    /// Logarithm of what the plant's gain is multiplied by beside it.
+    pub gain: f64,
+    /// The same of its time constant.
+    pub time: f64,
+}
+
+impl Start {
+    /// These parameters, the plant as it is.
+    pub fn of(parameters: Vec<f64>) -> Self {
+        Self { parameters, gain: 0.0, time: 0.0 }
+    }
+}
+
+/// One start for each point.
+pub fn grid<P>(points: impl IntoIterator<Item = P>, parameters: impl Fn(P) -> Vec<f64>) -> Vec<Start> {
+    points.into_iter().map(|point| Start::of(parameters(point))).collect()
+}

@@ -66,8 +66,13 @@ pub fn spans(refit: &Fit, improved: &Fit, signals: &Signals) -> Vec<MismatchSpan
     let white = improved.white();
     let share = independent_share(&white);
     let before = improved.whitener.apply(&refit.residual);
+    stretches(&before, &white, share, signals)
+}
+
+/// The spans in which innovations `before` are larger than `white` ones, of which this share counts as independent.
+pub(crate) fn stretches(before: &[f64], white: &[f64], share: f64, signals: &Signals) -> Vec<MismatchSpan> {
     let length = before.len().div_ceil(STRETCHES).max(1);
-    let floor = mean_square(&white).max(1e-300);
+    let floor = mean_square(white).max(1e-300);
     let score = |stretch: &[f64]| {
         let ratio = mean_square(stretch) / floor;
         let samples = share * stretch.len() as f64;

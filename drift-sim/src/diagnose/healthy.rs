@@ -10,7 +10,7 @@ use super::fit::{Effort, Fit};
 use super::model::{self, Model};
 use super::signals::Signals;
 use super::whiten::Whitener;
-use super::{Diagnosis, diagnose_beside, identify, spans};
+use super::{Diagnosis, diagnose_beside, diagnose_with, identify, spans};
 
 /// A loop as healthy recordings show it.
 #[derive(Debug, Clone)]
@@ -19,6 +19,9 @@ pub struct Healthy {
     pub model: Loop,
     /// The largest gain in log-likelihood of an event in them; infinite where events follow each other without end.
     pub event_gain: f64,
+    /// The loop as it was stated, and the recordings.
+    stated: Loop,
+    recordings: Vec<Signals>,
 }
 
 impl Healthy {
@@ -26,15 +29,15 @@ impl Healthy {
     ///
     /// # Errors
     /// The model follows none of them.
-    pub fn of(model: &Loop, healthy: &[Signals]) -> Result<Self> {
-        let model = fitted(model, healthy)?;
+    pub fn of(stated: &Loop, healthy: &[Signals]) -> Result<Self> {
+        let model = fitted(stated, healthy)?;
         let gain = |signals: &Signals| {
             let steps = spans::steps(&model, signals)?;
             Some(spans::terms(&steps, signals).iter().map(|acting| acting.gain).fold(0.0, f64::max))
         };
         let gains = healthy.par_iter().map(|signals| gain(signals).unwrap_or(f64::INFINITY));
         let event_gain = gains.reduce(|| 0.0, f64::max);
-        Ok(Self { model, event_gain })
+        Ok(Self { model, event_gain, stated: stated.clone(), recordings: healthy.to_vec() })
     }
 
     /// As [`diagnose`](super::diagnose), of another recording of the loop; an event must stand out of those in the healthy ones.
@@ -42,7 +45,8 @@ impl Healthy {
     /// # Errors
     /// As [`diagnose`](super::diagnose).
     pub fn diagnose(&self, recording: &Signals, holdout: Option<&Signals>) -> Result<Diagnosis> {
-        diagnose_beside(recording, holdout, &self.model, self.event_gain)
+        let by_prediction_error = || diagnose_beside(recording, holdout, &self.model, self.event_gain);
+        diagnose_with(recording, holdout, &self.stated, &self.recordings, by_prediction_error)
     }
 }
 

@@ -20,6 +20,8 @@ pub struct Fit {
 
 /// A fit ends where a step gains less of the objective than this.
 const LEAST_GAIN: f64 = 0.1;
+/// Further steps along the same columns: each costs one run, where the columns cost one for each number.
+const MORE_STEPS: usize = 3;
 /// Noise numbers move by at most this in one step: their logarithms are far from linear.
 const NOISE_REACH: f64 = 1.0;
 /// Damping at the start, and its bounds.
@@ -64,12 +66,18 @@ impl Fit {
         let mut damping = DAMPING;
         for _ in 0..iterations {
             let before = self.objective();
-            let Some((normal, slope)) = self.normal(data, &moving) else { return };
+            let Some(tangent) =
+                self.columns(data, &moving).map(|columns| Tangent::new(moving.clone(), columns))
+            else {
+                return;
+            };
+            let (normal, slope) = (tangent.curvature(self), tangent.slope(self));
             if !self.step(data, &moving, &normal, &slope, &mut damping)
                 || before - self.objective() < LEAST_GAIN
             {
                 return;
             }
+            self.slide(data, &tangent, MORE_STEPS);
         }
     }
 

@@ -72,6 +72,11 @@ impl Data {
         Self { healthy_from: from, ..self }
     }
 
+    /// Whether healthy recordings are among them.
+    pub fn has_healthy(&self) -> bool {
+        self.healthy_from < self.recordings.len()
+    }
+
     /// The part of the data that short fits see: the first recording, and the healthy ones.
     #[must_use]
     pub fn screening(&self) -> Self {
@@ -101,7 +106,7 @@ impl Cache {
         let mut cache = Self::default();
         if let Some(realised) = hypothesis.realise(point) {
             cache.gains(&realised, data, data.longest(), 0);
-            if data.healthy_from < data.recordings.len() {
+            if data.has_healthy() {
                 cache.gains(&hypothesis.healthy(&realised), data, data.longest(), 1);
             }
         }
@@ -181,7 +186,7 @@ pub fn runs(
     in_detail: bool,
 ) -> Option<Vec<Innovations>> {
     let realised = hypothesis.realise(point)?;
-    let healthy = (data.healthy_from < data.recordings.len()).then(|| hypothesis.healthy(&realised));
+    let healthy = (data.has_healthy()).then(|| hypothesis.healthy(&realised));
     let of_faulty = cache.gains(&realised, data, samples, 0)?;
     let of_healthy = match &healthy {
         Some(healthy) => Some(cache.gains(healthy, data, samples, 1)?),

@@ -24,6 +24,7 @@ mod search;
 mod starts;
 
 use crate::control_loop::Loop;
+use crate::controller::Controller;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
 use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
@@ -33,17 +34,15 @@ use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
-use crate::physics::Term;
+use crate::physics::{Starts, Term};
 use crate::plant::Role;
-use decide::{independent_share, is_physical};
+use decide::is_physical;
 use excitation::Shows;
 use law::Law;
 use options::Options;
+use plants::Identified;
+use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
-
-/// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
-/// hypotheses, and their likelihoods are not to be compared.
-const LEAST_INDEPENDENT: f64 = 0.6;
 
 /// Diagnoses a recording against a loop whose plant is stated; `None` where this can't judge: the loop can't be simulated beside the
 /// recording, its law is another one, or what is left is no noise of the kind that is reckoned with.
@@ -51,6 +50,7 @@ pub fn diagnose(
     recording: &Signals,
     holdout: Option<&Signals>,
     nominal: &Loop,
+    healthy: &[Signals],
     options: &Options,
 ) -> Option<Diagnosis> {
     let parts = Parts::new(recording, holdout, options);
@@ -58,23 +58,52 @@ pub fn diagnose(
     if law.is_another {
         return None;
     }
-    let found = plants::likeliest(&law.model, &parts.recordings, &parts.fitted, &[], options)?;
-    let search = Search { data: &found.data, options, is_guessed: found.is_guessed };
-    let result = search.run(found.nominal);
-    let best = result.best.as_ref().unwrap_or(&result.base);
-    if result.quantum.is_none() && independent_share(best) < LEAST_INDEPENDENT {
+    let plants = plants::likeliest(&law.model, &parts.recordings, &parts.fitted, healthy, options);
+    let is_guessed = plants.first()?.is_guessed;
+    let coarse = quantization(&parts.recordings, healthy, is_guessed);
+    let (found, result) = match coarse {
+        Some(quantum) => {
+            let found = plants.into_iter().next()?;
+            let search = Search { data: &found.data, options };
+            let result = search.coarse(found.nominal.clone(), quantum);
+            (found, result)
+        }
+        None => {
+            let (found, first) = likeliest_with_physics(plants, options)?;
+            let result = Search { data: &found.data, options }.run(first)?;
+            (found, result)
+        }
+    };
+    let conclusion =
+        Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
+    let concluded = conclusion.diagnosis();
+    (!is_guessed || concluded.simulates()).then_some(concluded)
+}
+
+/// The plant that is likeliest together with one term beside it, or with none, and that field.
+fn likeliest_with_physics(mut plants: Vec<Identified>, options: &Options) -> Option<(Identified, Field)> {
+    let least = options.least_gain + options.margin;
+    let sketch = |plant: &Identified| Sketch::of(&plant.nominal, &plant.data, Round::First);
+    let (plant, sketch) = if plants.len() == 1 {
+        let plant = plants.remove(0);
+        let sketch = sketch(&plant)?;
+        (plant, sketch)
+    } else {
+        let all = plants.into_iter().filter_map(|plant| Some((sketch(&plant)?, plant)));
+        let all = all.map(|(sketch, plant)| (sketch.least_objective(least) + plant.cost(), plant, sketch));
+        let (_, plant, sketch) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (plant, sketch)
+    };
+    let field = sketch.finished(&plant.nominal, &plant.data);
+    Some((plant, field))
+}
+
+/// A coarse sensor, where the plant is stated or healthy recordings show a finer one: else it may have been so all along.
+fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -> Option<Term> {
+    if is_guessed && (healthy.is_empty() || lattice::step(healthy).is_some()) {
         return None;
     }
-    let conclusion = Conclusion {
-        stated: nominal,
-        law,
-        parts: &parts,
-        result,
-        data: &found.data,
-        is_guessed: found.is_guessed,
-        options,
-    };
-    Some(conclusion.diagnosis())
+    Term::new("quantization", &[("step", lattice::step(recordings)?)]).ok()
 }
 
 /// The recordings and what a fit may see of each.
@@ -144,6 +173,24 @@ const REFIT_CLOSER: f64 = 0.1;
 const REFIT_LEAST: f64 = 0.5;
 /// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
 const TELLS: f64 = 0.3;
+
+/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; and how many times the error
+/// without them a simulation with the named terms may leave there.
+const LEAST_SIMULATED_PCT: f64 = 50.0;
+const MOST_WORSE: f64 = 1.25;
+
+impl Diagnosis {
+    /// Whether a guessed plant simulates what it has not seen, and the named terms don't make that worse: a likelihood of single steps may be
+    /// high on a plant that is none.
+    fn simulates(&self) -> bool {
+        let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
+        let (Some(before), Some(after)) = (fits.before, fits.after) else { return false };
+        let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+        let is_noise = |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange);
+        let follows = self.nominal.controller != Controller::Recorded || after.y_pct > LEAST_SIMULATED_PCT;
+        follows && (self.physics.iter().all(is_noise) || error(after) < MOST_WORSE * error(before))
+    }
+}
 
 impl Conclusion<'_> {
     fn diagnosis(self) -> Diagnosis {
@@ -295,11 +342,11 @@ impl Conclusion<'_> {
             Verdict::Located
         } else if !physics.is_empty() {
             Verdict::MissingPhysics
-        } else if !self.result.set.is_empty() {
+        } else if !self.result.set.is_empty() && self.result.is_proven {
             Verdict::Located
         } else if other_numbers {
             Verdict::Parameters
-        } else if self.result.predicted < TELLS {
+        } else if !self.result.set.is_empty() || self.result.predicted < TELLS {
             Verdict::Undecided
         } else {
             Verdict::NoMismatch

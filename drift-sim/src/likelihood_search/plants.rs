@@ -1,11 +1,11 @@
-//! The plant that the search starts from: as stated; or, where it is unknown, the likeliest of several structures, each from a grid of its time
-//! constants. Healthy recordings are part of the same likelihood: what is looked for is not in them.
+//! The plants that a search starts from: the stated one; or, where it is unknown, the likeliest of each structure, from a grid of its time
+//! constants. Which of them it is, is decided jointly with the physics: a structure that lost may win with a term. Healthy recordings are part of
+//! the same likelihood: what is looked for is not in them.
 
 use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -15,7 +15,7 @@ use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, TransferFunctio
 use super::nominal;
 use super::options::Options;
 
-/// The plant with its nominal fit, on the recordings as they are used.
+/// A plant with its nominal fit, on the recordings as they are used.
 pub struct Identified {
     /// The nominal fit.
     pub nominal: Fit,
@@ -25,114 +25,153 @@ pub struct Identified {
     pub is_guessed: bool,
 }
 
+impl Identified {
+    /// What the plant's numbers cost, on the scale of the objective: Schwarz's criterion. Stated numbers cost nothing.
+    pub fn cost(&self) -> f64 {
+        if self.is_guessed { cost(&self.nominal) } else { 0.0 }
+    }
+}
+
+fn cost(fit: &Fit) -> f64 {
+    fit.hypothesis.numbers.len() as f64 * libm::log(fit.rows.count.max(2) as f64)
+}
+
+/// Structures that are kept as rivals, and by how much of the objective, for each sample, they may be behind the best one before a term is tried: a
+/// motor's dry friction costs a tenth of its error, say.
+const KEPT: usize = 3;
+const BEHIND: f64 = 0.1;
 /// Time constants tried for each structure, from this many samples to this part of the recording.
 const TIMES: usize = 8;
 const SHORTEST_SAMPLES: f64 = 3.0;
 const LONGEST_PART: f64 = 1.0 / 12.0;
-/// Steps of a fit from each.
-const STEPS: usize = 6;
+/// Steps of a fit from each, and more of the best of each structure.
+const STEPS: usize = 4;
+const MORE_STEPS: usize = 15;
 /// Prior deviation of the logarithm of a number that was not stated.
 const GUESSED_LOG: f64 = 1.5;
 
-/// The stated plant's fit, or the likeliest plant's.
+/// The stated plant's fit; or those of the likeliest plants, the best first. Empty where none can be simulated.
 pub fn likeliest(
     model: &Loop,
     recordings: &[Signals],
     fitted: &[usize],
     healthy: &[Signals],
     options: &Options,
-) -> Option<Identified> {
+) -> Vec<Identified> {
     let mut all = recordings.to_vec();
     all.extend_from_slice(healthy);
     let mut seen = fitted.to_vec();
     seen.extend(healthy.iter().map(Signals::len));
-    let data_of = |hypothesis: &Hypothesis| {
-        Data::new(hypothesis, all.clone(), seen.clone()).with_healthy(recordings.len())
+    let with = |model: &Loop, options: &Options, is_guessed: bool| {
+        let hypothesis = super::hypothesis(model, &all, options);
+        let data = Data::new(&hypothesis, all.clone(), seen.clone()).with_healthy(recordings.len());
+        Some(Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed })
     };
     if model.plant != Plant::Identify {
-        let hypothesis = super::hypothesis(model, &all, options);
-        let data = data_of(&hypothesis);
-        return Some(Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: false });
+        return with(model, options, false).into_iter().collect();
     }
     let mut options = options.clone();
     options.priors.plant_log = GUESSED_LOG;
     // The structure is that of the healthy recordings, where there are any.
-    let of = if healthy.is_empty() { recordings } else { healthy };
-    let scales = measure::scales(model, of);
-    let best = structures(&scales)
-        .into_par_iter()
-        .filter_map(|plant| {
+    let (of, until) = if healthy.is_empty() {
+        (recordings, fitted.to_vec())
+    } else {
+        (healthy, healthy.iter().map(Signals::len).collect())
+    };
+    let mut found: Vec<Identified> = of_each_structure(model, of, &until, &options)
+        .iter()
+        .filter_map(|found| with(found, &options, true))
+        .collect();
+    found.sort_by(|a, b| (a.nominal.objective() + a.cost()).total_cmp(&(b.nominal.objective() + b.cost())));
+    found
+}
+
+/// The loop with the likeliest plant of each structure, of those that are not far behind.
+fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<Loop> {
+    let fits =
+        structures(&measure::scales(model, of)).into_par_iter().enumerate().filter_map(|(i, plant)| {
             let candidate = Loop { plant, ..model.clone() };
-            let hypothesis = super::hypothesis(&candidate, of, &options);
-            let until =
-                if healthy.is_empty() { fitted.to_vec() } else { of.iter().map(Signals::len).collect() };
-            let data = Data::new(&hypothesis, of.to_vec(), until);
+            let hypothesis = super::hypothesis(&candidate, of, options);
+            let data = Data::new(&hypothesis, of.to_vec(), until.to_vec());
             let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
             let mut fit = Fit::at(&hypothesis, &point, &data)?;
             fit.descend(&data, STEPS, &[]);
-            // Schwarz's cost of the plant's numbers.
-            let cost = hypothesis.numbers.len() as f64 * libm::log(fit.rows.count.max(2) as f64);
-            let realised = fit.hypothesis.realise(&fit.point)?;
-            Some((fit.objective() + cost, super::as_file(&realised.model, 0.0).plant, realised.constant_load))
+            Some((i % STRUCTURES, fit, data))
+        });
+    let begun: Vec<(usize, Fit, Data)> = fits.collect();
+    let objective = |fit: &Fit| fit.objective() + cost(fit);
+    // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
+    let mut fits: Vec<(usize, Fit)> = (0..STRUCTURES)
+        .into_par_iter()
+        .filter_map(|structure| {
+            let own = begun.iter().filter(|(of, ..)| *of == structure);
+            let (_, fit, data) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
+            let mut fit = fit.clone();
+            fit.descend(data, MORE_STEPS, &[]);
+            Some((structure, fit))
         })
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (_, plant, load) = best;
-    let mut found = super::as_file(&Loop { plant, ..model.clone() }, load);
-    // A load that stays is free in every fit.
-    found.physics.truncate(model.physics.len());
-    let hypothesis = super::hypothesis(&found, &all, &options);
-    let data = data_of(&hypothesis);
-    Some(Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: true })
+        .collect();
+    fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
+    let Some(best) = fits.first().map(|(_, fit)| objective(fit)) else { return Vec::new() };
+    let mut kept: Vec<usize> = Vec::new();
+    let mut loops = Vec::new();
+    for (structure, fit) in &fits {
+        let is_near = objective(fit) < best + BEHIND * fit.rows.count as f64;
+        if kept.contains(structure) || kept.len() == KEPT || !is_near {
+            continue;
+        }
+        let Some(realised) = fit.hypothesis.realise(&fit.point) else { continue };
+        kept.push(*structure);
+        let mut found = super::as_file(&realised.model, realised.constant_load);
+        // A load that stays is free in every fit.
+        found.physics.truncate(model.physics.len());
+        loops.push(Loop { sensor: model.sensor, ..found });
+    }
+    loops
 }
 
-/// Plants of each structure over their time constants; gains follow from the sizes of u and y.
+/// Structures that are tried.
+const STRUCTURES: usize = 6;
+
+/// Plants of each structure over their time constants, structure by structure in turn; gains follow from the sizes of u and y.
 fn structures(scales: &Scales) -> Vec<Plant> {
     let ts = scales.sample_time_s;
     let shortest = SHORTEST_SAMPLES * ts;
     let longest = (LONGEST_PART * scales.duration_s).max(2.0 * shortest);
     let ratio = longest / shortest;
     let times = (0..TIMES).map(|i| shortest * libm::pow(ratio, i as f64 / (TIMES - 1) as f64));
-    let gain = scales.y / scales.u;
-    let mut all = Vec::new();
-    for time in times {
-        for sign in [1.0, -1.0] {
-            let gain = sign * gain;
-            let delay_s = (0.1 * time).max(ts);
-            all.push(Plant::FirstOrder(FirstOrder {
-                gain,
-                time_constant_s: time,
-                delay_s,
-                offset: scales.y_mean,
-            }));
-            all.push(Plant::TransferFunction(TransferFunction {
-                num: vec![gain],
-                den: vec![0.3 * time * time, 1.3 * time, 1.0],
-                delay_s: 0.25 * ts,
-                offset: scales.y_mean / gain,
-            }));
-            all.push(Plant::TransferFunction(TransferFunction {
-                num: vec![gain / time],
-                den: vec![1.0, 0.0],
-                delay_s: 0.25 * ts,
-                offset: 0.0,
-            }));
-            let viscous = sign * scales.u * time / scales.y;
-            if sign > 0.0 {
-                all.push(Plant::Servo(Servo {
-                    output: Output::Position,
-                    inertia: viscous * time,
-                    viscous,
-                    actuator_gain: 1.0,
-                }));
-            }
-            let rate = std::f64::consts::TAU / (4.0 * time);
-            all.push(Plant::StateSpace(StateSpace {
-                a: vec![vec![-0.1 * rate, rate], vec![-rate, -0.1001 * rate]],
-                b: vec![rate * gain, 0.0],
-                c: vec![1.0, 0.0],
-                d: 0.0,
-            }));
-        }
-    }
-    all
+    let each = times.flat_map(|time| [(time, 1.0), (time, -1.0)]);
+    each.flat_map(|(time, sign)| of_time(scales, time, sign * scales.y / scales.u)).collect()
+}
+
+/// One plant of each structure.
+fn of_time(scales: &Scales, time: f64, gain: f64) -> [Plant; STRUCTURES] {
+    let ts = scales.sample_time_s;
+    let transfer = |num: f64, den: Vec<f64>, offset: f64| {
+        Plant::TransferFunction(TransferFunction { num: vec![num], den, delay_s: 0.25 * ts, offset })
+    };
+    // The sign of a servo is its actuator's: mass and friction are positive.
+    let viscous = scales.u * time / scales.y;
+    let servo = |output, inertia, viscous| {
+        Plant::Servo(Servo { output, inertia, viscous, actuator_gain: libm::copysign(1.0, gain) })
+    };
+    let rate = std::f64::consts::TAU / (4.0 * time);
+    [
+        Plant::FirstOrder(FirstOrder {
+            gain,
+            time_constant_s: time,
+            delay_s: (0.1 * time).max(ts),
+            offset: scales.y_mean,
+        }),
+        transfer(gain, vec![0.3 * time * time, 1.3 * time, 1.0], scales.y_mean / gain),
+        transfer(gain / time, vec![1.0, 0.0], 0.0),
+        servo(Output::Position, viscous * time, viscous),
+        servo(Output::Speed, time / gain.abs(), 1.0 / gain.abs()),
+        Plant::StateSpace(StateSpace {
+            a: vec![vec![-0.1 * rate, rate], vec![-rate, -0.1001 * rate]],
+            b: vec![rate * gain, 0.0],
+            c: vec![1.0, 0.0],
+            d: 0.0,
+        }),
+    ]
 }

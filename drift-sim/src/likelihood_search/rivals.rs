@@ -7,6 +7,7 @@ use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::physics::{KINDS, Kind, Place, Starts};
 
+use super::decide::cost_of;
 use super::nominal;
 use super::starts::{Base, Begin, begins};
 
@@ -78,51 +79,81 @@ pub enum Round {
 /// Fall of the objective that a start must promise in a later round.
 const PROMISES: f64 = 8.0;
 
-/// The kinds of a round beside a base. Short fits see the screening part of the data.
+/// Short fits of the kinds of a round beside a base; they see the screening part of the data.
+pub struct Sketch {
+    /// The base, on that part.
+    seen: Fit,
+    short: Vec<(&'static Kind, Fit)>,
+}
+
+impl Sketch {
+    /// The short fits; `None` where the base can't be simulated.
+    pub fn of(base: &Fit, data: &Data, round: Round) -> Option<Self> {
+        let screening = &data.screening();
+        let present = |kind: &Kind| base.hypothesis.candidates().iter().any(|term| term.kind == kind);
+        let asked = |kind: &Kind| match round {
+            Round::Family(first) => kind == first || (kind.family.is_some() && kind.family == first.family),
+            Round::First | Round::Later => true,
+        };
+        let kinds: Vec<&'static Kind> = KINDS
+            .iter()
+            .copied()
+            .filter(|kind| is_searched(kind) && (kind.applies)(&base.hypothesis.model.plant))
+            .filter(|kind| !present(kind) && asked(kind))
+            .collect();
+        let mut seen = Fit::at(&base.hypothesis, &base.point, screening)?;
+        seen.descend(screening, SHORT, &[]);
+        let is_first = matches!(round, Round::First);
+        let quiet = if is_first { nominal::quiet(&seen, screening) } else { None };
+        let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
+            .into_iter()
+            .flatten()
+            .filter_map(|fit| Base::new(fit, screening))
+            .collect();
+        let must_promise = matches!(round, Round::Later);
+        let short = kinds
+            .par_iter()
+            .filter_map(|kind| Some((*kind, short_fit(&bases, kind, screening, must_promise)?)))
+            .collect();
+        let short = second_round(short, &seen, screening);
+        Some(Self { seen, short })
+    }
+
+    /// The least objective of base and kinds, with the cost of a kind's numbers and what it must gain at `least`: a plant that needs no physics is
+    /// preferred to one that does.
+    pub fn least_objective(&self, least: f64) -> f64 {
+        let with =
+            |fit: &Fit| fit.objective() + 2.0 * (least + cost_of(fit, fit.hypothesis.candidates().len() - 1));
+        self.short.iter().map(|(_, fit)| with(fit)).fold(self.seen.objective(), f64::min)
+    }
+
+    /// The kinds that may be the one, fitted to the end on all of the data.
+    pub fn finished(self, base: &Fit, data: &Data) -> Field {
+        let gains: Vec<f64> =
+            self.short.iter().map(|(_, fit)| 0.5 * (self.seen.objective() - fit.objective())).collect();
+        let top = gains.iter().copied().fold(0.0, f64::max);
+        let rivals: Vec<Rival> = self
+            .short
+            .into_par_iter()
+            .zip(gains)
+            .filter_map(|((kind, fit), gain)| {
+                let ended = gain > (WORTH * top).min(top - CLOSE).max(LEAST);
+                let mut whole = Fit::at(&fit.hypothesis, &fit.point, data)?;
+                if ended {
+                    to_the_end(&mut whole, kind, data);
+                }
+                Some(Rival { kind, fit: whole, ended })
+            })
+            .collect();
+        let mut field = Field { base: base.clone(), rivals };
+        field.share(data);
+        field
+    }
+}
+
+/// The kinds of a round beside a base.
 pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
-    let screening = &data.screening();
-    let present = |kind: &Kind| base.hypothesis.candidates().iter().any(|term| term.kind == kind);
-    let asked = |kind: &Kind| match round {
-        Round::Family(first) => kind == first || (kind.family.is_some() && kind.family == first.family),
-        Round::First | Round::Later => true,
-    };
-    let kinds: Vec<&'static Kind> = KINDS
-        .iter()
-        .copied()
-        .filter(|kind| is_searched(kind) && (kind.applies)(&base.hypothesis.model.plant))
-        .filter(|kind| !present(kind) && asked(kind))
-        .collect();
-    let mut seen = Fit::at(&base.hypothesis, &base.point, screening)?;
-    seen.descend(screening, SHORT, &[]);
-    let is_first = matches!(round, Round::First);
-    let quiet = if is_first { nominal::quiet(&seen, screening) } else { None };
-    let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
-        .into_iter()
-        .flatten()
-        .filter_map(|fit| Base::new(fit, screening))
-        .collect();
-    let short: Vec<(&'static Kind, Fit)> = kinds
-        .par_iter()
-        .filter_map(|kind| Some((*kind, short_fit(&bases, kind, screening, matches!(round, Round::Later))?)))
-        .collect();
-    let short = second_round(short, &seen, screening);
-    let gains: Vec<f64> = short.iter().map(|(_, fit)| 0.5 * (seen.objective() - fit.objective())).collect();
-    let top = gains.iter().copied().fold(0.0, f64::max);
-    let rivals: Vec<Rival> = short
-        .into_par_iter()
-        .zip(gains)
-        .filter_map(|((kind, fit), gain)| {
-            let ended = gain > (WORTH * top).min(top - CLOSE).max(LEAST);
-            let mut whole = Fit::at(&fit.hypothesis, &fit.point, data)?;
-            if ended {
-                to_the_end(&mut whole, kind, data);
-            }
-            Some(Rival { kind, fit: whole, ended })
-        })
-        .collect();
-    let mut field = Field { base: base.clone(), rivals };
-    field.share(data);
-    Some(field)
+    Some(Sketch::of(base, data, round)?.finished(base, data))
 }
 
 /// The best of the short fits from a kind's starts: of what has slid from each base's starts the best descends.

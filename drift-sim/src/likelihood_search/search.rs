@@ -7,13 +7,16 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Kind, Place, Term};
 
 use super::decide::{Decision, cost_of, decide, independent_share};
-use super::lattice;
 use super::options::Options;
 use super::prove::{Gained, gained};
 use super::rivals::{Field, Rival, Round, field};
 
 /// Steps of a fit without one of the terms.
 const REFIT_STEPS: usize = 10;
+/// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
+/// hypotheses, and their likelihoods are not to be compared. Further terms may make up for some of it, not for all.
+const LEAST_INDEPENDENT: f64 = 0.6;
+const HOPELESS: f64 = 0.2;
 
 /// The search on one nominal fit.
 pub struct Search<'a> {
@@ -21,8 +24,6 @@ pub struct Search<'a> {
     pub data: &'a Data,
     /// The numbers that decide.
     pub options: &'a Options,
-    /// Whether the plant was identified from the recording itself.
-    pub is_guessed: bool,
 }
 
 /// What speaks for a named term.
@@ -69,8 +70,13 @@ impl Found {
 }
 
 impl Search<'_> {
-    /// Nothing is looked for: under a law that is another one nothing can be named.
-    pub fn nominal_only(&self, base: Fit) -> Found {
+    /// A rounded y, beside which nothing is looked for: its innovations are no noise.
+    pub fn coarse(&self, nominal: Fit, quantum: Term) -> Found {
+        Found { quantum: Some(quantum), ..self.nominal_only(nominal) }
+    }
+
+    /// Nothing is looked for.
+    fn nominal_only(&self, base: Fit) -> Found {
         let refit_gain = self.refit_gain(&base);
         Found {
             predicted: predicted(&base),
@@ -85,15 +91,12 @@ impl Search<'_> {
         }
     }
 
-    /// The whole search.
-    pub fn run(&self, nominal: Fit) -> Found {
-        let quantum = if self.is_guessed { None } else { lattice::step(&self.data.recordings) };
-        let quantum = quantum.and_then(|step| Term::new("quantization", &[("step", step)]).ok());
-        if quantum.is_some() {
-            // Innovations of a rounded y are no noise: what else there may be can't be told from the rounding.
-            return Found { quantum, ..self.nominal_only(nominal) };
+    /// The search from the first field on; `None` where what is left is no noise of the kind that is reckoned with.
+    pub fn run(&self, first: Field) -> Option<Found> {
+        let likeliest = first.rivals.first().map_or(&first.base, |best| &best.fit);
+        if independent_share(likeliest) < HOPELESS {
+            return None;
         }
-        let Some(first) = field(&nominal, self.data, Round::First) else { return self.nominal_only(nominal) };
         let decision = decide(&first, self.options, 0.0);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let mut found = Found { rivals, ..self.nominal_only(first.base.clone()) };
@@ -112,8 +115,12 @@ impl Search<'_> {
             }
             self.reconsider(&mut found);
         }
+        let best = found.best.as_ref().unwrap_or(&found.base);
+        if independent_share(best) < LEAST_INDEPENDENT {
+            return None;
+        }
         self.prove(&mut found);
-        found
+        Some(found)
     }
 
     /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.
@@ -130,7 +137,7 @@ impl Search<'_> {
             }
             None => {
                 found.set = decision.set.iter().map(|kind| (kind.name, score(kind))).collect();
-                found.is_proven = gained(&best.fit, &field.base, self.data).is_none_or(Gained::is_sure);
+                found.is_proven = gained(&best.fit, &field.base, self.data).is_some_and(Gained::is_sure);
             }
         }
     }
@@ -156,10 +163,12 @@ impl Search<'_> {
                                 - cost_of(&best, index);
                     }
                 }
-                if let Some(gain) = unseen.filter(|gain| !gain.is_sure())
-                    && weakest.as_ref().is_none_or(|(_, errors, _)| gain.errors() < *errors)
+                // Where the rest can't be simulated, nothing is proven.
+                let errors = unseen.map_or(f64::NEG_INFINITY, Gained::errors);
+                if !unseen.is_some_and(Gained::is_sure)
+                    && weakest.as_ref().is_none_or(|(_, least, _)| errors < *least)
                 {
-                    weakest = Some((index, gain.errors(), without));
+                    weakest = Some((index, errors, without));
                 }
             }
             let Some((index, _, without)) = weakest else { return };

@@ -8,10 +8,8 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, page, report};
-use drift_sim::likelihood_search::{self, options::Options};
 use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames, digits, shown, significant, with_unit};
-use drift_sim::plant::Plant;
 use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
 use drift_sim::{Error, Result, output};
@@ -48,9 +46,6 @@ pub struct Arguments {
     /// Healthy recordings that the nominal numbers (or the identified plant) come from
     #[arg(long, value_name = "H.csv", num_args = 1..)]
     healthy: Vec<PathBuf>,
-    /// Judge by one likelihood with process noise in it, where the plant is stated and that noise model holds; else as without
-    #[arg(long)]
-    likelihood: bool,
     #[command(flatten)]
     reading: RecordingArguments,
 }
@@ -72,12 +67,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let holdout = arguments.holdout.as_deref().map(read).transpose()?;
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     let progress = Progress::of_unknown("diagnosing");
-    let by_likelihood = (arguments.likelihood && healthy.is_empty() && model.plant != Plant::Identify)
-        .then(|| likelihood_search::diagnose(&train, holdout.as_ref(), &model, &Options::default()))
-        .flatten();
-    let found = if let Some(found) = by_likelihood {
-        found
-    } else if healthy.is_empty() {
+    let found = if healthy.is_empty() {
         diagnose(&train, holdout.as_ref(), &model)?
     } else {
         Healthy::of(&model, &healthy)?.diagnose(&train, holdout.as_ref())?

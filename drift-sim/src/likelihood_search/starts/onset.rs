@@ -49,18 +49,23 @@ fn from_filter(base: &Base<'_>, kind: &'static Kind, weight: Weight, ramp: bool)
     promise.iter_mut().enumerate().filter(|(i, _)| *i < ends || *i + ends >= n).for_each(|(_, p)| *p = 0.0);
     let ts = hypothesis.model.sample_time_s;
     let mut begins = Vec::new();
+    let checked = |onset_s: f64| {
+        let mut point = hypothesis.started(&from, &Start::of(vec![free.value(0.0)]), onset_s);
+        let response = base.response(&hypothesis, &point, place, trial)?;
+        let (x, score) = base.proportional(&response);
+        *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
+        Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s })
+    };
+    if base.data.has_healthy() && !ramp {
+        // What healthy recordings lack may have begun before this one.
+        begins.extend(checked(0.0));
+    }
     for _ in 0..CHECKED {
         let (at, best) = promise.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
         if *best <= 0.0 {
             break;
         }
-        let onset_s = at as f64 * ts;
-        let mut point = hypothesis.started(&from, &Start::of(vec![free.value(0.0)]), onset_s);
-        if let Some(response) = base.response(&hypothesis, &point, place, trial) {
-            let (x, score) = base.proportional(&response);
-            *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
-            begins.push(Begin { score, hypothesis: hypothesis.clone(), point, onset_s });
-        }
+        begins.extend(checked(at as f64 * ts));
         let apart = (APART * n as f64) as usize;
         promise.iter_mut().skip(at.saturating_sub(apart)).take(2 * apart + 1).for_each(|p| *p = 0.0);
     }

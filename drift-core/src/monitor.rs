@@ -18,7 +18,7 @@ use crate::channel::ChannelReport;
 use crate::config::{Config, ConfigError};
 use crate::course::{Curve, Verdict};
 use crate::detector::DetectorSet;
-use crate::index_set::{IndexSet, Step};
+use crate::index_set::{IndexSet, Row, Step};
 use crate::number::Number;
 use crate::options::Options;
 use crate::report::{Report, WindowStatus};
@@ -92,6 +92,8 @@ pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     trace: S::Trace,
     blanking: <O::Blanking as BlankingKind>::State<N>,
     peaks: S::Peaks,
+    /// The operating point of the tick, held until the next one.
+    point: S::Point,
     /// Ticks left out of the open block so far.
     left_out: u16,
     blocks_to_hop: u16,
@@ -153,6 +155,8 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         let mut state = State {
             sums: S::NO_SUMS,
             peaks: S::NO_PEAKS,
+            // Not admissible: no tick counts before the operating point is told.
+            point: S::Point::filled(N::LOWEST),
             joined: S::NO_STRIPS,
             window: Blocks::none(),
             trace: S::Trace::START,
@@ -201,13 +205,18 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     ) -> Option<&'s ReportOf<N, S, O, C>> {
         // A few comparisons on most ticks; whatever else they can lead to is one call apart.
         let next = state.tick_in_block.wrapping_add(1);
-        if next != state.look_at && N::surely_admissible(r, y, u) && self.undisturbed(state, r, u) {
+        if next != state.look_at
+            && N::surely_admissible(r, y, u)
+            && state.point_known()
+            && self.undisturbed(state, r, u)
+        {
             let tick = u32::from(state.tick_in_block);
             state.tick_in_block = next;
             let (r_before, y_before) = state.trace.before();
             state.trace.remember(r, y);
             state.blanking.remember(r);
-            S::add(&mut state.sums, &mut state.peaks, tick, &Step { r, y, u, r_before, y_before });
+            let step = Step { r, y, u, r_before, y_before };
+            S::add(&mut state.sums, &mut state.peaks, tick, &step, &state.point);
             return None;
         }
         self.rare_tick(state, r, y, u)
@@ -230,7 +239,10 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         u: N,
     ) -> Option<&'s ReportOf<N, S, O, C>> {
         // Most often a strip ends, and nothing else is rare.
-        let usual = state.link == Link::Tick && state.blanking.ticks() == 0 && N::surely_admissible(r, y, u);
+        let usual = state.link == Link::Tick
+            && state.blanking.ticks() == 0
+            && N::surely_admissible(r, y, u)
+            && state.point_known();
         let step = if usual && self.undisturbed(state, r, u) {
             let (r_before, y_before) = state.trace.before();
             state.trace.remember(r, y);
@@ -240,7 +252,10 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             self.admit(state, r, y, u)
         };
         match step {
-            Ok(step) => S::add(&mut state.sums, &mut state.peaks, u32::from(state.tick_in_block), &step),
+            Ok(step) => {
+                let tick = u32::from(state.tick_in_block);
+                S::add(&mut state.sums, &mut state.peaks, tick, &step, &state.point);
+            }
             Err(why) => state.leave_out(why),
         }
         self.advance(state)
@@ -298,9 +313,9 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
 
     #[inline(never)]
     fn admit(&self, state: &mut State<N, S, O, C>, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
-        if !(r.admissible() && y.admissible() && u.admissible()) {
+        if !(r.admissible() && y.admissible() && u.admissible() && state.point_known()) {
             state.miss();
-            return Err(refusal(r, y, u));
+            return Err(refusal(r, y, u, state.point.as_ref()));
         }
         let link = state.link;
         state.link = Link::Tick;
@@ -365,6 +380,28 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     }
 }
 
+impl<N: Number, S: IndexSet<N, Point = [N; 1]>, O: Options, const C: usize> Plan<N, S, O, C> {
+    /// One tick, and the operating point at it.
+    #[inline(always)]
+    pub fn tick_at<'s>(
+        &self,
+        state: &'s mut State<N, S, O, C>,
+        r: N,
+        y: N,
+        u: N,
+        operating_point: N,
+    ) -> Option<&'s ReportOf<N, S, O, C>> {
+        state.point = [operating_point];
+        self.tick(state, r, y, u)
+    }
+
+    /// The operating point from now on, for one that is measured less often than the loop ticks. Ticks before the first
+    /// are left out, and so are those at which it is not finite or beyond [`Number::LIMIT`].
+    pub fn operating_point(&self, state: &mut State<N, S, O, C>, operating_point: N) {
+        state.point = [operating_point];
+    }
+}
+
 impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
     /// The last report; of a monitor that has not decided yet, one of nothing.
     pub const fn report(&self) -> &ReportOf<N, S, O, C> {
@@ -375,6 +412,12 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
     /// ([`Verdict::Disturbance`], [`Verdict::Recovered`]) is said once, in the report.
     pub fn verdict(&self) -> Verdict {
         self.channels.iter().map(|c| c.course.verdict()).max().unwrap_or(Verdict::Healthy)
+    }
+
+    /// Always so where no operating point is kept.
+    #[inline(always)]
+    fn point_known(&self) -> bool {
+        self.point.as_ref().iter().all(|point| point.admissible())
     }
 
     /// A tick without a usable sample: time passes.
@@ -433,8 +476,8 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> defmt::Format for St
 
 /// Apart and cold: the tick path only asks whether, not why.
 #[cold]
-fn refusal<N: Number>(r: N, y: N, u: N) -> Exclusion {
-    if r.non_finite() || y.non_finite() || u.non_finite() {
+fn refusal<N: Number>(r: N, y: N, u: N, point: &[N]) -> Exclusion {
+    if r.non_finite() || y.non_finite() || u.non_finite() || point.iter().any(|p| p.non_finite()) {
         Exclusion::NonFinite
     } else {
         Exclusion::OutOfRange

@@ -64,7 +64,8 @@ impl Case {
 
 fn calibrated(run: &Run, order: Option<u8>) -> Calibration {
     let [r, y, u] = run;
-    let signals = Signals { name: "healthy", sample_time_s: SAMPLE_TIME_S, r, y, u, state: None };
+    let signals =
+        Signals { name: "healthy", sample_time_s: SAMPLE_TIME_S, r, y, u, state: None, further: &[] };
     let window_s = WINDOW as f64 * SAMPLE_TIME_S;
     let options = Options {
         window_s: Some(window_s),

@@ -58,7 +58,15 @@ fn calibration(run: &Run) -> Calibration {
 }
 
 fn signals(run: &Run) -> calibrate::Signals<'_> {
-    calibrate::Signals { name: NAME, sample_time_s: 5.0, r: &run.r, y: &run.y, u: &run.u, state: None }
+    calibrate::Signals {
+        name: NAME,
+        sample_time_s: 5.0,
+        r: &run.r,
+        y: &run.y,
+        u: &run.u,
+        state: None,
+        further: &[],
+    }
 }
 
 fn monitor_page(healthy: &Run, drifting: &Run) -> Page {

@@ -11,6 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use drift_core::{ChannelKind, Config, Side};
+use drift_sim::baseline_file::BaselineFile;
 use drift_sim::calibrate::{Calibration, Effort, Options, Signals, calibrate};
 use drift_sim::monitor::{Course, EventKind, Outputs, Summary, watch};
 use drift_sim::recording::{ReadOptions, Recording, RecordingStream};
@@ -32,6 +33,10 @@ impl Settings {
 
     /// Calibrates, and says on how much the thresholds stand.
     fn config(&self, healthy: &[PathBuf]) -> Config<f32, 3> {
+        self.baseline(healthy).config().unwrap()
+    }
+
+    fn baseline(&self, healthy: &[PathBuf]) -> BaselineFile {
         let file = self.calibrate(healthy).file;
         for entry in &file.channels {
             let (Some(s), Some(cusum)) = (entry.statistics, entry.channel.detectors.cusum) else { continue };
@@ -47,7 +52,14 @@ impl Settings {
                 cusum.h
             );
         }
-        file.config().unwrap()
+        file
+    }
+
+    /// With the measured operating point that the baseline was learnt with.
+    fn watch_at(&self, path: &Path, baseline: &BaselineFile) -> Summary {
+        let mut stream = RecordingStream::open(path, &self.read).unwrap();
+        let outputs = Outputs { operating_point: baseline.operating_point.as_ref(), ..Outputs::default() };
+        watch(&mut stream, &baseline.config().unwrap(), outputs).unwrap()
     }
 
     fn watch(&self, path: &Path, config: &Config<f32, 3>) -> Summary {
@@ -296,6 +308,84 @@ fn ahu_leak_against_the_load_is_a_drift_in_the_effort() {
     assert_eq!(summary.worst, Some(EventKind::Drift));
     let strict = ahu_settings("t_outdoor", (240.0, 0.9));
     ahu_row("2007-08-29, 240 h at 90 %", "leak 1.0 GPM", &strict.watch(&leak, &strict.config(&healthy)));
+}
+
+/// y stays y, and the outdoor temperature and the fan's speed are the operating point: `--operating-point
+/// t_outdoor,fan_speed`. Windows and promise as above.
+fn ahu_measured() -> Settings {
+    let columns = ["t_outdoor", "fan_speed"].map(String::from).to_vec();
+    let Settings { calibrate, read } = ahu_settings("y", (48.0, 0.5));
+    Settings {
+        calibrate: Options { operating_point: columns.clone(), ..calibrate },
+        read: ReadOptions { extra: columns, ..read },
+    }
+}
+
+/// With the measured load as operating point the leak day is a drift whichever healthy day the calibration has not
+/// seen, and none of those days is called anything, by any channel to any side.
+#[test]
+fn ahu_leak_at_a_measured_operating_point_is_a_drift_and_no_day_left_out_is() {
+    let Some(folder) = folder("ahu") else { return };
+    let (healthy, leak) = ahu_paths(&folder);
+    let settings = ahu_measured();
+    for (i, day) in AHU_DAYS.iter().enumerate() {
+        let seen: Vec<_> =
+            healthy.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, p)| p.clone()).collect();
+        let baseline = settings.baseline(&seen);
+        println!("  {:?}", baseline.operating_point);
+        let unseen = settings.watch_at(&healthy[i], &baseline);
+        ahu_row(&format!("{day}, not calibrated on"), "none", &unseen);
+        let summary = settings.watch_at(&leak, &baseline);
+        ahu_row(&format!("2007-08-29, without {day}"), "leak 1.0 GPM", &summary);
+    }
+    let baseline = settings.baseline(&healthy);
+    ahu_row("2007-08-29", "leak 1.0 GPM", &settings.watch_at(&leak, &baseline));
+}
+
+/// The test cell's heating valve is stuck open, or leaks: the cooling valve stands at its limit all day and there is nothing
+/// to judge, which is a finding of its own. Of each healthy day, watched with what the other one taught, none is.
+#[test]
+fn flexlab_valve_at_its_limit_is_a_finding_and_a_healthy_day_is_none() {
+    let Some(folder) = folder("flexlab") else { return };
+    let columns = ["t_mixed", "fan_speed"].map(String::from).to_vec();
+    let settings = Settings {
+        calibrate: Options {
+            window_s: Some(600.0),
+            false_alarm_every_h: 48.0,
+            confidence: 0.5,
+            channels: [true, true, false],
+            saturation: Some([0.0, 1.0]),
+            confirm_hops: 18,
+            operating_point: columns.clone(),
+            ..Options::default()
+        },
+        read: ReadOptions {
+            when: vec!["occupied=1".parse().unwrap()],
+            extra: columns,
+            ..ReadOptions::default()
+        },
+    };
+    let path = |name: &str| folder.join(format!("flexlab_szvav_{name}.csv"));
+    let days = ["2017-09-20_nofault", "2017-09-21_nofault"];
+    for (day, other) in [(days[0], days[1]), (days[1], days[0])] {
+        let recordings = [Recording::read(&path(other), &settings.read).unwrap()];
+        let signals: Vec<_> = recordings.iter().map(Signals::from).collect();
+        match calibrate(&signals, &settings.calibrate) {
+            Ok(c) => {
+                let summary = settings.watch_at(&path(day), &c.file);
+                ahu_row(day, "none", &summary);
+                println!("{:?}", summary.pinned);
+            }
+            Err(e) => println!("{e}"),
+        }
+    }
+    let healthy = days.map(path);
+    let baseline = settings.baseline(&healthy);
+    for day in ["2017-09-12_hcv_leak40", "2017-09-14_hcv_stuck100"] {
+        let summary = settings.watch_at(&path(day), &baseline);
+        ahu_row(day, "heating valve", &summary);
+        println!("{:?} {:?}", summary.pinned, summary.worst);
+    }
 }
 
 /// The reference repeats every 6.2 s: windows of an eighth of that meet the same operating points in every cycle,

@@ -121,6 +121,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             report.excluded = O::Excluded::NONE;
         }
         state.counted = true;
+        let point = S::point_mean(&report.indices);
         for ((state, channel), out) in
             state.channels.iter_mut().zip(&config.channels).zip(&mut report.channels)
         {
@@ -128,7 +129,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             if judged {
                 (out.x, out.value) = S::coordinates(&report.indices, channel.kind);
             }
-            state.judge(&config.decision, channel, out);
+            state.judge(&config.decision, channel, &point, out);
             if out.verdict > report.verdict {
                 report.verdict = out.verdict;
             }

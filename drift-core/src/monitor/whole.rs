@@ -68,6 +68,12 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Monitor<N, S, O, C> 
         self.state.verdict()
     }
 
+    /// Where the operating point is held from tick to tick; `None` where the set keeps none. For callers to whom the set is
+    /// not known; others have [`Monitor::operating_point`].
+    pub fn operating_point_place(&mut self) -> Option<&mut N> {
+        self.state.point.as_mut().first_mut()
+    }
+
     /// As [`Plan::restart_window`].
     pub fn restart_window(&mut self) {
         self.plan.restart_window(&mut self.state);
@@ -76,5 +82,18 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Monitor<N, S, O, C> 
     /// As [`Plan::acknowledge`].
     pub fn acknowledge(&mut self) {
         self.plan.acknowledge(&mut self.state);
+    }
+}
+
+impl<N: Number, S: IndexSet<N, Point = [N; 1]>, O: Options, const C: usize> Monitor<N, S, O, C> {
+    /// As [`Plan::tick_at`].
+    #[inline(always)]
+    pub fn tick_at(&mut self, r: N, y: N, u: N, operating_point: N) -> Option<&ReportOf<N, S, O, C>> {
+        self.plan.tick_at(&mut self.state, r, y, u, operating_point)
+    }
+
+    /// As [`Plan::operating_point`].
+    pub fn operating_point(&mut self, operating_point: N) {
+        self.plan.operating_point(&mut self.state, operating_point);
     }
 }

@@ -2,7 +2,7 @@
 
 use drift_core::{Channel, ChannelKind, Cusum, Index};
 
-use super::{BaselineFile, ChannelEntry};
+use super::{BaselineFile, ChannelEntry, PointColumns};
 
 pub(super) fn write(file: &BaselineFile) -> String {
     let (timing, samples, decision) = (&file.timing, &file.samples, &file.decision);
@@ -12,6 +12,7 @@ pub(super) fn write(file: &BaselineFile) -> String {
     let blanking = option(samples.blanking.as_ref(), |b| {
         format!("drift_core::Blanking {{ reference_step: {:?}, ticks: {} }}", b.reference_step, b.ticks)
     });
+    let point = file.operating_point.as_ref().map(operating_point).unwrap_or_default();
     let channels: String = file.channels.iter().map(channel).collect();
     format!(
         "/// The healthy loop's baseline, from `drift calibrate`.
@@ -29,7 +30,7 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {{
     channels: [
 {channels}    ],
 }};
-",
+{point}",
         timing.sample_time_s,
         timing.block_ticks,
         timing.window_blocks,
@@ -61,6 +62,7 @@ fn channel(entry: &ChannelEntry) -> String {
                 x_max: {:?},
             }},
             memory: {},
+            operating_point: {},
             detectors: drift_core::Detectors {{
 {}            }},
         }},
@@ -74,6 +76,7 @@ fn channel(entry: &ChannelEntry) -> String {
         b.x_min,
         b.x_max,
         memory(&entry.channel),
+        weight(&entry.channel),
         detectors(&entry.channel),
     )
 }
@@ -109,6 +112,47 @@ fn memory(channel: &Channel) -> String {
         return "drift_core::Memory::NONE".to_owned();
     }
     format!("drift_core::Memory {{ order: {}, x: {:?}, value: {:?} }}", m.order, m.x, m.value)
+}
+
+fn weight(channel: &Channel) -> String {
+    let p = &channel.operating_point;
+    if !p.counts() {
+        return "drift_core::OperatingPoint::NONE".to_owned();
+    }
+    format!(
+        "drift_core::OperatingPoint {{
+                weight: {:?},
+                mean: {:?},
+                per_x: {:?},
+                ss: {:?},
+                min: {:?},
+                max: {:?},
+            }}",
+        p.weight, p.mean, p.per_x, p.ss, p.min, p.max
+    )
+}
+
+/// The monitor's number from the measured ones, for `tick_at` of a `drift_core::FullAt` monitor.
+fn operating_point(point: &PointColumns) -> String {
+    let names: Vec<String> = (1..=point.columns.len()).map(|k| format!("x{k}")).collect();
+    let lines: String = names
+        .iter()
+        .zip(&point.columns)
+        .map(|(name, column)| format!("/// * {name}: {}\n", column.replace(['\n', '\r'], " ")))
+        .collect();
+    let arguments: Vec<String> = names.iter().map(|name| format!("{name}: f32")).collect();
+    let terms: Vec<String> =
+        point.scales.iter().zip(&names).map(|(scale, name)| format!("{scale:?} * {name}")).collect();
+    format!(
+        "
+/// The operating point of a tick, for `tick_at` of a monitor with `drift_core::FullAt`, from
+{lines}pub const fn operating_point({}) -> f32 {{
+    {}
+}}
+",
+        arguments.join(", "),
+        terms.join(" + ")
+    )
 }
 
 fn kind(kind: ChannelKind) -> String {

@@ -44,6 +44,12 @@ fn head(text: &mut String, file: &BaselineFile) -> std::fmt::Result {
         writeln!(text, "decisions = {:?}", promise.decisions)?;
         writeln!(text, "confidence = {:?}", promise.confidence)?;
     }
+    if let Some(point) = &file.operating_point {
+        let columns: Vec<String> = point.columns.iter().map(|c| string(c)).collect();
+        let scales: Vec<String> = point.scales.iter().map(|x| float(*x)).collect();
+        writeln!(text, "\n[operating_point]   # the monitor's number is the sum of scale*column")?;
+        writeln!(text, "columns = [{}]\nscales = [{}]", columns.join(", "), scales.join(", "))?;
+    }
     let files: Vec<String> = file.calibration.files.iter().map(|f| string(f)).collect();
     writeln!(text, "\n[calibration]\nfiles = [{}]", files.join(", "))?;
     writeln!(text, "windows = {}", file.calibration.windows)?;
@@ -77,6 +83,19 @@ fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
         let list = |of: &[f32]| of.iter().map(|x| float(*x)).collect::<Vec<_>>().join(", ");
         writeln!(text, "\n[channel.memory]\norder = {}", m.order)?;
         writeln!(text, "x = [{}]\nvalue = [{}]", list(&m.x), list(&m.value))?;
+    }
+    if channel.operating_point.counts() {
+        let p = &channel.operating_point;
+        writeln!(text, "\n[channel.operating_point]")?;
+        let numbers = [
+            ("weight", p.weight),
+            ("mean", p.mean),
+            ("per_x", p.per_x),
+            ("ss", p.ss),
+            ("min", p.min),
+            ("max", p.max),
+        ];
+        numbers.iter().try_for_each(|(key, x)| writeln!(text, "{key} = {}", float(*x)))?;
     }
     if *detectors != drift_core::Detectors::NONE {
         writeln!(text, "\n[channel.detectors]")?;

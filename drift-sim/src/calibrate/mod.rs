@@ -2,7 +2,7 @@
 //! alarms of the whole monitor.
 //!
 //! 1. [`timing`]: window and hop. drift-core's own monitor turns the recordings into windows ([`WindowRow`]).
-//! 2. `memory`: how far back the effort channel's relation reaches. [`regression`]: each channel's line. [`autocorrelation`]: how many independent windows they are worth.
+//! 2. `relation`: how far back the effort channel's relation reaches, and what a measured operating point adds. [`regression`]: each channel's line. [`autocorrelation`]: how many independent windows they are worth.
 //! 3. The standardised residuals of all channels become one random process (skewed and heavy-tailed marginals, autoregressive,
 //!    correlated channels); thresholds are simulated on it with the real detectors.
 //! 4. `caution`: the thresholds are made for a loop that is worse than the one found by margins that fall with the number of windows, so
@@ -28,11 +28,12 @@
 pub mod autocorrelation;
 mod caution;
 mod marginal;
-mod memory;
+mod operating_point;
 mod page;
 mod process;
 mod promise;
 pub mod regression;
+mod relation;
 mod run_length;
 mod summary;
 mod thresholds;
@@ -40,7 +41,9 @@ pub mod timing;
 mod warnings;
 mod windows;
 
-use drift_core::{Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Memory, Saturation};
+use drift_core::{
+    Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Memory, OperatingPoint, Saturation,
+};
 
 use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samples, Statistics, Timing};
 use crate::recording::{Recording, RowState};
@@ -48,12 +51,16 @@ use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
 pub use promise::Cost;
 use regression::Fit;
+use relation::Relation;
 pub use thresholds::DetectorChoice;
 pub use warnings::FEW_WINDOWS;
 pub use windows::WindowRow;
 
 /// Fewer windows are refused: a standard deviation of so few means nothing. It is drift-core's own bound.
 pub const LEAST_WINDOWS: usize = drift_core::Commissioning::<1>::LEAST_WINDOWS as usize;
+
+/// The effort channel's place.
+const EFFORT: usize = 1;
 
 /// A healthy recording; slices of one length.
 #[derive(Debug, Clone, Copy)]
@@ -70,6 +77,8 @@ pub struct Signals<'a> {
     pub u: &'a [f64],
     /// Which samples count; all of them if there is none.
     pub state: Option<&'a [RowState]>,
+    /// Further columns by name, as long as `y`: those of the operating point are among them.
+    pub further: &'a [(String, Vec<f64>)],
 }
 
 impl<'a> From<&'a Recording> for Signals<'a> {
@@ -81,6 +90,7 @@ impl<'a> From<&'a Recording> for Signals<'a> {
             y: &of.y,
             u: &of.u,
             state: Some(&of.state),
+            further: &of.extra,
         }
     }
 }
@@ -115,6 +125,8 @@ pub struct Options {
     /// Windows that the effort channel remembers, 0 to 3; chosen by validation if there is none. The motion's effort
     /// remembers none.
     pub effort_memory: Option<u8>,
+    /// Measured columns that the effort depends on besides y, up to three.
+    pub operating_point: Vec<String>,
     /// What watches each channel.
     pub detectors: DetectorChoice,
     /// The CUSUM's reference value, half the shift to be found, sigmas; the SPRT's alternative is twice it.
@@ -140,6 +152,7 @@ impl Default for Options {
             channels: [true; 3],
             effort: Effort::Holding,
             effort_memory: None,
+            operating_point: Vec::new(),
             detectors: DetectorChoice { shewhart: true, cusum: true, sprt: false },
             k: 0.5,
             saturation: None,
@@ -171,7 +184,7 @@ impl Options {
         if !self.channels.contains(&true) {
             return Err(Error::new("no channel").allowed("energy_error, effort, activity, or several"));
         }
-        Ok(())
+        operating_point::check(&self.operating_point, self.channels[1])
     }
 }
 
@@ -184,6 +197,8 @@ pub struct ChannelFit {
     pub fit: Fit,
     /// What the windows before contribute.
     pub memory: Memory,
+    /// What the measured operating point contributes.
+    pub operating_point: OperatingPoint,
     /// The residuals' integrated autocorrelation time, windows; 1 if independent.
     pub integrated_time: f64,
     /// Independent windows that they are worth.
@@ -229,7 +244,7 @@ pub fn calibrate(recordings: &[Signals<'_>], options: &Options) -> Result<Calibr
     let timing = timing::choose(recordings, options)?;
     let names = recordings.iter().map(|r| r.name.to_owned()).collect();
     let file = unlearned(names, options, timing.timing)?;
-    let windows = windows::collect(recordings, &file)?;
+    let windows = windows::collect(recordings, &file, &options.operating_point)?;
     from_windows(windows, file, timing, options)
 }
 
@@ -260,28 +275,37 @@ fn from_windows(
     }
     let overlap = usize::from(file.timing.window_blocks).div_ceil(usize::from(file.timing.hop_blocks));
     let (mut channels, mut without_x) = (Vec::new(), Vec::new());
-    let memories = [0, 1, 2].map(|position: usize| {
-        let remembers =
-            options.channels[position] && file.channels[position].channel.kind == ChannelKind::Effort;
-        if remembers {
-            memory::choose(&windows, position, overlap, options.effort_memory)
-        } else {
-            Memory::NONE
+    operating_point::check_variation(&windows, &options.operating_point)?;
+    let relations = [0, 1, 2].map(|position: usize| match (options.channels[position], position) {
+        (true, EFFORT) => {
+            let remembers = file.channels[position].channel.kind == ChannelKind::Effort;
+            let asked = if remembers { options.effort_memory } else { Some(0) };
+            relation::choose(&windows, position, options.operating_point.len(), overlap, asked)
         }
+        _ => Relation::default(),
     });
     // A window without others before it is not judged by a channel that remembers: it teaches no channel.
-    let order = memories.iter().map(|m| usize::from(m.order)).max().unwrap_or(0);
-    let judged = memory::judged(&windows, order);
-    let carried = [0, 1, 2].map(|position: usize| {
-        let at = |&place: &usize| memory::carried(&windows, position, &memories[position], place);
+    let order = relations.iter().map(|r| usize::from(r.memory.order)).max().unwrap_or(0);
+    let judged = relation::judged(&windows, order);
+    let added = [0, 1, 2].map(|position: usize| {
+        let at = |&place: &usize| relations[position].added(&windows, position, place);
         judged.iter().map(at).collect::<Vec<f64>>()
     });
     let windows = windows.only(&judged);
     for position in (0..3).filter(|&p| options.channels[p]) {
         let kind = file.channels[position].channel.kind;
-        let remembered = (memories[position], carried[position].as_slice());
-        let channel = fit_channel(&windows, position, kind, overlap, remembered)?;
-        if channel.fit.has_slope { channels.push(channel) } else { without_x.push(kind) }
+        let relation = &relations[position];
+        let mut channel = fit_channel(&windows, position, kind, overlap, (relation, &added[position]))?;
+        let worth = channel.n_effective / channel.fit.n as f64;
+        let fitted = (&channel.fit, position, worth);
+        if let Some((columns, known)) =
+            operating_point::combine(&windows, &options.operating_point, relation, fitted)
+        {
+            channel.operating_point = known;
+            file.operating_point = Some(columns);
+        }
+        let has_x = channel.fit.has_slope || channel.operating_point.counts();
+        if has_x { channels.push(channel) } else { without_x.push(kind) }
     }
     if channels.is_empty() {
         return Err(Error::new("x does not vary in any channel: there is no line to judge by")
@@ -351,6 +375,7 @@ fn unlearned(files: Vec<String>, options: &Options, timing: Timing) -> Result<Ba
         },
         decision: Decision { confirm_hops: options.confirm_hops, ..Decision::DEFAULT },
         promise: None,
+        operating_point: None,
         calibration: Provenance { files, windows: 0, effective_windows: 0.0 },
         channels: kinds.map(ChannelEntry::unlearned),
     };
@@ -363,15 +388,15 @@ fn fit_channel(
     position: usize,
     kind: ChannelKind,
     overlap: usize,
-    (memory, carried): (Memory, &[f64]),
+    (relation, added): (&Relation, &[f64]),
 ) -> Result<ChannelFit> {
     let x: Vec<f64> = windows.rows.iter().map(|w| f64::from(w.x[position])).collect();
     let value: Vec<f64> =
-        windows.rows.iter().zip(carried).map(|(w, carried)| f64::from(w.value[position]) - carried).collect();
+        windows.rows.iter().zip(added).map(|(w, added)| f64::from(w.value[position]) - added).collect();
     let reach = if overlap > 1 { 2 * overlap } else { 0 };
     let mut fit = regression::fit(&x, &value, reach)?;
-    // The memory's coefficients were fitted to the same windows.
-    let spent = 2.0 * f64::from(memory.order);
+    // The relation's further coefficients were fitted to the same windows.
+    let spent = relation.coefficients() as f64;
     let freedom = fit.n as f64 - 2.0;
     if freedom > spent {
         fit.rmse *= (freedom / (freedom - spent)).sqrt();
@@ -399,7 +424,8 @@ fn fit_channel(
         lag1: covariances.get(1).map_or(0.0, |c| c / variance),
         skewness: third / variance.powf(1.5),
         detectors: Detectors::NONE,
-        memory,
+        memory: relation.memory,
+        operating_point: OperatingPoint::NONE,
         fit,
     })
 }
@@ -452,7 +478,11 @@ impl ChannelFit {
             lag1: self.lag1,
             skewness: self.skewness,
         };
-        let channel = Channel { memory: self.memory, ..Channel::new(self.kind, baseline, self.detectors) };
+        let channel = Channel {
+            memory: self.memory,
+            operating_point: self.operating_point,
+            ..Channel::new(self.kind, baseline, self.detectors)
+        };
         ChannelEntry { channel, statistics: Some(statistics) }
     }
 }

@@ -58,6 +58,15 @@ impl Calibration {
                 100.0 * channel.memory.visible(),
             )?;
         }
+        let effort = self.channels.iter().find(|c| c.operating_point.counts());
+        if let Some((channel, point)) = effort.zip(self.file.operating_point.as_ref()) {
+            let weight = f64::from(channel.operating_point.weight);
+            let per = |(scale, name): (&f32, &String)| {
+                format!("{} per unit of {name}", number(weight * f64::from(*scale)))
+            };
+            let terms: Vec<String> = point.scales.iter().zip(&point.columns).map(per).collect();
+            writeln!(text, "{} goes with the operating point: {}", channel.kind.name(), terms.join(", "))?;
+        }
         writeln!(text, "\n{:13} alarms in sigmas", "channel")?;
         for channel in &self.channels {
             writeln!(text, "{:13} {}", channel.kind.name(), thresholds(&channel.detectors))?;
@@ -105,6 +114,7 @@ impl Calibration {
                     "n": fit.n, "n_effective": c.n_effective, "integrated_time": c.integrated_time,
                     "lag1": c.lag1, "skewness": c.skewness,
                     "memory": c.memory, "visible": c.memory.visible(),
+                    "operating_point": c.operating_point,
                     "detectors": c.detectors,
                 })
             })
@@ -119,6 +129,7 @@ impl Calibration {
             "calibration": self.file.calibration,
             "invalid_windows": self.invalid_windows,
             "promise": self.file.promise,
+            "operating_point": self.file.operating_point,
             "cost": {
                 "run_length_factor": self.cost.run_length_factor,
                 "delay_decisions": self.cost.delay,

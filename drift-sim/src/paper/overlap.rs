@@ -91,6 +91,7 @@ fn calibrated(settings: &Settings, hop_s: f64) -> Result<(Baseline, f64)> {
         y: &trace.y,
         u: &trace.u,
         state: None,
+        further: &[],
     };
     let options = Options {
         window_s: Some(WINDOW_S),

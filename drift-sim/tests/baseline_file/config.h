@@ -26,6 +26,7 @@ static const drift_config_t drift_config = {
             /* index */ DRIFT_ITAE,
             /* b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max */ { 0.175f, 1.26e-5f, 0.3f, 371.25f, 14000.0f, 34000000000.0f, 512.5f, 40000.0f },
             /* memory: order, x, value */ { 0u, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f } },
+            /* operating_point: weight, mean, per_x, ss, min, max */ { 0.0f, 0.0f, 0.0f, 0.0f, -3.4028235e38f, 3.4028235e38f },
             /* has_shewhart */ 1,
             /* has_cusum */ 1,
             /* has_ewma */ 0,
@@ -40,6 +41,7 @@ static const drift_config_t drift_config = {
             /* index */ DRIFT_IAE,
             /* b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max */ { 0.175f, 1.26e-5f, 0.3f, 371.25f, 14000.0f, 34000000000.0f, 512.5f, 40000.0f },
             /* memory: order, x, value */ { 0u, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f } },
+            /* operating_point: weight, mean, per_x, ss, min, max */ { 0.0154f, 75.5f, -2.0f, 1900.0f, 60.0f, 90.25f },
             /* has_shewhart */ 0,
             /* has_cusum */ 0,
             /* has_ewma */ 0,
@@ -54,6 +56,7 @@ static const drift_config_t drift_config = {
             /* index */ DRIFT_IAE,
             /* b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max */ { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, -3.4028235e38f, 3.4028235e38f },
             /* memory: order, x, value */ { 0u, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f } },
+            /* operating_point: weight, mean, per_x, ss, min, max */ { 0.0f, 0.0f, 0.0f, 0.0f, -3.4028235e38f, 3.4028235e38f },
             /* has_shewhart */ 0,
             /* has_cusum */ 0,
             /* has_ewma */ 0,
@@ -65,5 +68,11 @@ static const drift_config_t drift_config = {
         },
     }
 };
+
+/* The operating point of a tick, for drift_operating_point(), from
+ *   x1: t_outdoor
+ *   x2: fan speed
+ */
+#define DRIFT_OPERATING_POINT_OF(x1, x2) (1.0f * (x1) + 80.5f * (x2))
 
 #endif

@@ -51,6 +51,10 @@ pub struct Arguments {
     /// Windows before this one that the effort channel takes into account, 0 to 3; chosen by validation without it
     #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u8).range(0..=3))]
     effort_memory: Option<u8>,
+    /// Measured columns that the effort depends on besides y, up to three: outdoor temperature, payload, feed flow. What
+    /// they explain is no drift; `monitor` then reads them too
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    operating_point: Vec<String>,
     /// What watches each channel
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Detector::Shewhart, Detector::Cusum])]
     detectors: Vec<Detector>,
@@ -137,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&named, &inputs)?;
     let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let progress = Progress::of_unknown("calibrating");
-    let read = |path: &PathBuf| arguments.recording.read(path, Vec::new());
+    let read = |path: &PathBuf| arguments.recording.read(path, options.operating_point.clone());
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
     let calibration =
@@ -195,6 +199,7 @@ fn options(arguments: &Arguments) -> Result<Options> {
             Effort::Motion => calibrate::Effort::Motion,
         },
         effort_memory: arguments.effort_memory,
+        operating_point: arguments.operating_point.clone(),
         detectors: DetectorChoice {
             shewhart: has(Detector::Shewhart),
             cusum: has(Detector::Cusum),

@@ -332,29 +332,38 @@ fn ahu_leak_at_a_measured_operating_point_is_a_drift_and_no_day_left_out_is() {
         let seen: Vec<_> =
             healthy.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, p)| p.clone()).collect();
         let baseline = settings.baseline(&seen);
-        println!("  {:?}", baseline.operating_point);
         let unseen = settings.watch_at(&healthy[i], &baseline);
         ahu_row(&format!("{day}, not calibrated on"), "none", &unseen);
+        assert_eq!(unseen.worst, None, "{day}");
         let summary = settings.watch_at(&leak, &baseline);
         ahu_row(&format!("2007-08-29, without {day}"), "leak 1.0 GPM", &summary);
+        let drift = |c: &&Course| c.kind == ChannelKind::Effort && c.outcome == EventKind::Drift;
+        let found = courses(&summary).find(drift).unwrap();
+        assert!(found.side == Side::High && found.to_s.is_none());
+        assert_eq!(courses(&summary).count(), 1);
     }
-    let baseline = settings.baseline(&healthy);
-    ahu_row("2007-08-29", "leak 1.0 GPM", &settings.watch_at(&leak, &baseline));
+    let summary = settings.watch_at(&leak, &settings.baseline(&healthy));
+    ahu_row("2007-08-29", "leak 1.0 GPM", &summary);
+    assert_eq!(summary.worst, Some(EventKind::Drift));
+    assert!(summary.channels[1].mean_z > 1.8, "{}", summary.channels[1].mean_z);
 }
 
 /// The test cell's heating valve is stuck open, or leaks: the cooling valve stands at its limit all day and there is nothing
-/// to judge, which is a finding of its own. Of each healthy day, watched with what the other one taught, none is.
+/// to judge, which is a finding of its own. Of a healthy day, watched with what the other one alone taught, no drift is
+/// made; one day is too little for no alarm at all: a disturbance and two suspicions remain.
 #[test]
-fn flexlab_valve_at_its_limit_is_a_finding_and_a_healthy_day_is_none() {
+fn flexlab_valve_at_its_limit_is_a_finding_and_no_healthy_day_is_a_drift() {
     let Some(folder) = folder("flexlab") else { return };
     let columns = ["t_mixed", "fan_speed"].map(String::from).to_vec();
     let settings = Settings {
         calibrate: Options {
+            // u stands at a limit for half of each day: windows of ten minutes leave 61 in both.
             window_s: Some(600.0),
             false_alarm_every_h: 48.0,
             confidence: 0.5,
             channels: [true, true, false],
             saturation: Some([0.0, 1.0]),
+            // Three hours, as for the other air handler.
             confirm_hops: 18,
             operating_point: columns.clone(),
             ..Options::default()
@@ -368,23 +377,18 @@ fn flexlab_valve_at_its_limit_is_a_finding_and_a_healthy_day_is_none() {
     let path = |name: &str| folder.join(format!("flexlab_szvav_{name}.csv"));
     let days = ["2017-09-20_nofault", "2017-09-21_nofault"];
     for (day, other) in [(days[0], days[1]), (days[1], days[0])] {
-        let recordings = [Recording::read(&path(other), &settings.read).unwrap()];
-        let signals: Vec<_> = recordings.iter().map(Signals::from).collect();
-        match calibrate(&signals, &settings.calibrate) {
-            Ok(c) => {
-                let summary = settings.watch_at(&path(day), &c.file);
-                ahu_row(day, "none", &summary);
-                println!("{:?}", summary.pinned);
-            }
-            Err(e) => println!("{e}"),
-        }
+        let summary = settings.watch_at(&path(day), &settings.baseline(&[path(other)]));
+        ahu_row(&format!("{day}, not calibrated on"), "none", &summary);
+        assert_ne!(summary.worst, Some(EventKind::Drift), "{day}");
     }
-    let healthy = days.map(path);
-    let baseline = settings.baseline(&healthy);
+    let baseline = settings.baseline(&days.map(path));
     for day in ["2017-09-12_hcv_leak40", "2017-09-14_hcv_stuck100"] {
         let summary = settings.watch_at(&path(day), &baseline);
-        ahu_row(day, "heating valve", &summary);
-        println!("{:?} {:?}", summary.pinned, summary.worst);
+        let pinned = summary.pinned.unwrap();
+        let hours = (pinned.to_s - pinned.from_s) / 3600.0;
+        let found = format!("u at {} for {hours:.1} h, e {:.1} on average", pinned.limit, pinned.mean_e);
+        row(day, "heating valve", &found);
+        assert!(pinned.limit == 1.0 && hours > 11.0 && pinned.mean_e < -10.0, "{found}");
     }
 }
 

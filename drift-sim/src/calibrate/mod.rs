@@ -291,11 +291,17 @@ fn from_windows(
         let at = |&place: &usize| relations[position].added(&windows, position, place);
         judged.iter().map(at).collect::<Vec<f64>>()
     });
+    let between = relation::between_recordings(&windows, EFFORT, &relations[EFFORT]);
     let windows = windows.only(&judged);
     for position in (0..3).filter(|&p| options.channels[p]) {
         let kind = file.channels[position].channel.kind;
         let relation = &relations[position];
         let mut channel = fit_channel(&windows, position, kind, overlap, (relation, &added[position]))?;
+        if position == EFFORT
+            && let Some(residuals) = &between
+        {
+            channel.take_residuals(residuals.clone(), &windows, overlap);
+        }
         let worth = channel.n_effective / channel.fit.n as f64;
         let fitted = (&channel.fit, position, worth);
         if let Some((columns, known)) =
@@ -409,25 +415,20 @@ fn fit_channel(
         ))
         .allowed("--channels without it"));
     }
-    let stretches: Vec<&[f64]> =
-        windows.stretches.iter().filter_map(|r| fit.residuals.get(r.clone())).collect();
-    let most = longest_lag(fit.n, overlap);
-    let covariances = autocovariances(&stretches, most);
-    let integrated_time = integrated_time(&covariances);
-    let variance = covariances.first().copied().unwrap_or(1.0);
-    let third = fit.residuals.iter().map(|e| e * e * e).sum::<f64>() / fit.n as f64;
-    Ok(ChannelFit {
+    let mut channel = ChannelFit {
         kind,
-        integrated_time,
-        n_for_variance: size_for_variance(fit.n, &covariances),
-        n_effective: effective_size(fit.n, integrated_time),
-        lag1: covariances.get(1).map_or(0.0, |c| c / variance),
-        skewness: third / variance.powf(1.5),
+        integrated_time: 1.0,
+        n_for_variance: fit.n as f64,
+        n_effective: fit.n as f64,
+        lag1: 0.0,
+        skewness: 0.0,
         detectors: Detectors::NONE,
         memory: relation.memory,
         operating_point: OperatingPoint::NONE,
         fit,
-    })
+    };
+    channel.describe_residuals(windows, overlap);
+    Ok(channel)
 }
 
 fn longest_lag(n: usize, overlap: usize) -> usize {
@@ -452,6 +453,29 @@ fn finish(file: &mut BaselineFile, channels: &[ChannelFit], options: &Options, n
 }
 
 impl ChannelFit {
+    /// Takes residuals that another prediction left in place of the line's own.
+    fn take_residuals(&mut self, residuals: Vec<f64>, windows: &windows::Windows, overlap: usize) {
+        let squares: f64 = residuals.iter().map(|e| e * e).sum();
+        self.fit.rmse = (squares / residuals.len() as f64).sqrt();
+        self.fit.residuals = residuals;
+        self.describe_residuals(windows, overlap);
+    }
+
+    /// Correlation, worth and skewness of the residuals.
+    fn describe_residuals(&mut self, windows: &windows::Windows, overlap: usize) {
+        let fit = &self.fit;
+        let stretches: Vec<&[f64]> =
+            windows.stretches.iter().filter_map(|r| fit.residuals.get(r.clone())).collect();
+        let covariances = autocovariances(&stretches, longest_lag(fit.n, overlap));
+        let variance = covariances.first().copied().unwrap_or(1.0);
+        let third = fit.residuals.iter().map(|e| e * e * e).sum::<f64>() / fit.n as f64;
+        self.integrated_time = integrated_time(&covariances);
+        self.n_for_variance = size_for_variance(fit.n, &covariances);
+        self.n_effective = effective_size(fit.n, self.integrated_time);
+        self.lag1 = covariances.get(1).map_or(0.0, |c| c / variance);
+        self.skewness = third / variance.powf(1.5);
+    }
+
     /// As the baseline file has it: numbers in f32.
     pub fn entry(&self) -> ChannelEntry {
         let fit = &self.fit;

@@ -206,6 +206,47 @@ fn learn(windows: &Windows, shape: Shape) -> Option<Relation> {
     Some(Relation { memory, weights: coefficients.rows_range(2..memory_at).iter().copied().collect() })
 }
 
+/// Recordings from which on each is predicted from the others.
+const RECORDINGS: usize = 3;
+
+/// Each recording's residuals from the relation that the others show; `None` for a relation without measured columns, or from
+/// fewer than [`RECORDINGS`] recordings.
+///
+/// Weather and load differ from day to day more than within a day. Weights that were learnt on a few days fit these days
+/// better than they will fit the next one, and thresholds made from the days' own residuals would call it a drift.
+pub(super) fn between_recordings(
+    windows: &Windows,
+    position: usize,
+    relation: &Relation,
+) -> Option<Vec<f64>> {
+    if relation.weights.is_empty() {
+        return None;
+    }
+    let order = usize::from(relation.memory.order);
+    let rows = Rows::of(windows, Shape { position, columns: relation.weights.len(), order });
+    let recording: Vec<usize> = judged(windows, order).iter().map(|&at| windows.rows[at].recording).collect();
+    let mut kinds = recording.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    if kinds.len() < RECORDINGS {
+        return None;
+    }
+    let mut residuals = vec![0.0; recording.len()];
+    for left_out in kinds {
+        let learnt_from = recording.iter().filter(|&&r| r != left_out).count();
+        if learnt_from <= rows.shape.coefficients() {
+            return None;
+        }
+        let coefficients = rows.solve(|row| recording[row] != left_out)?;
+        let errors = &rows.value - &rows.regressors * coefficients;
+        for (row, residual) in residuals.iter_mut().enumerate().filter(|(row, _)| recording[*row] == left_out)
+        {
+            *residual = errors[row];
+        }
+    }
+    Some(residuals)
+}
+
 /// What the windows before contribute to the value of each window; windows without so many before them are not there.
 fn carried(windows: &Windows, position: usize, memory: &Memory, at: usize) -> f64 {
     let order = usize::from(memory.order);

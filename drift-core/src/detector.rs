@@ -73,6 +73,8 @@ pub trait Detector: Copy + Debug + PartialEq + table::Row + 'static {
     fn update(&self, state: &mut Self::State, z: f32) -> Option<Side>;
     /// Whether such a state can be.
     fn possible(&self, state: &Self::State) -> bool;
+    /// The names of its numbers, in the order of [`Detector::each_number`].
+    const FIELDS: &'static [&'static str];
     /// Its numbers, one by one.
     fn each_number(&self, each: impl FnMut(f32));
 }
@@ -173,6 +175,19 @@ impl DetectorSet for AllDetectors {
     }
 }
 
+/// A row of the table, for programs that write, read or show every detector there is.
+#[derive(Debug, Clone, Copy)]
+pub struct DetectorRow {
+    /// The name in files, commands and reports.
+    pub name: &'static str,
+    /// The name of the type.
+    pub type_name: &'static str,
+    /// The names of its numbers.
+    pub fields: &'static [&'static str],
+    /// Hands over its numbers, in the order of the fields; false where it is not configured.
+    pub numbers: fn(&Detectors, &mut dyn FnMut(f32)) -> bool,
+}
+
 /// Rows: the field's name, which is the detector's name everywhere, its type, its bit. The order is that in which
 /// their sides are believed, so that the instant one comes last.
 macro_rules! detectors {
@@ -238,6 +253,16 @@ macro_rules! detectors {
             /// The detectors' names in files, commands and reports.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
 
+            /// The table.
+            pub const ROWS: &'static [DetectorRow] = &[$(DetectorRow {
+                name: stringify!($field),
+                type_name: stringify!($Type),
+                fields: <$Type as Detector>::FIELDS,
+                numbers: |of, each| {
+                    of.$field.as_ref().map(|detector| detector.each_number(each)).is_some()
+                },
+            }),*];
+
             /// The states before the first decision.
             pub fn start(&self) -> DetectorStates {
                 DetectorStates { $($field: <$Type as DetectorSet>::start(self)),* }
@@ -298,7 +323,7 @@ macro_rules! detectors {
             }
 
             /// Each detector's name and the side that it alarmed on.
-            pub fn each(&self) -> impl Iterator<Item = (&'static str, Option<Side>)> {
+            pub fn each(&self) -> impl DoubleEndedIterator<Item = (&'static str, Option<Side>)> {
                 [$((stringify!($field), self.$field)),*].into_iter()
             }
         }

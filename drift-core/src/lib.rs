@@ -75,8 +75,8 @@ pub use commissioning::{Commissioning, NotReady, honest_arl0};
 pub use config::{Config, ConfigError, Saturation};
 pub use course::{Curve, Decision, Refitted, Verdict};
 pub use detector::{
-    Alarms, AllDetectors, Cusum, CusumState, Detector, DetectorSet, DetectorState, DetectorStates, Detectors,
-    Ewma, EwmaState, Shewhart, Side, Sprt, SprtState,
+    Alarms, AllDetectors, Cusum, CusumState, Detector, DetectorRow, DetectorSet, DetectorState,
+    DetectorStates, Detectors, Ewma, EwmaState, Shewhart, Side, Sprt, SprtState,
 };
 pub use index::{Index, Indices, IndicesAt, PairIndices};
 pub use index_set::{Full, FullAt, Iae, IndexSet, Ise, Itae, Itse, Pair, Row, Scale, Step};

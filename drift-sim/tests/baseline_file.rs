@@ -4,8 +4,8 @@
 use std::process::Command;
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Cusum, Decision, Detectors, Index, OperatingPoint, Saturation,
-    Shewhart, Sprt,
+    Baseline, Blanking, Channel, ChannelKind, Cusum, Decision, Detectors, Ewma, Index, OperatingPoint,
+    Saturation, Shewhart, Sprt,
 };
 use drift_sim::baseline_file::{
     BaselineFile, ChannelEntry, HostMonitorAt, PointColumns, Promise, Provenance, Samples, Statistics, Timing,
@@ -42,6 +42,7 @@ fn example() -> BaselineFile {
     let detectors = Detectors {
         shewhart: Some(Shewhart { lower: -3.5, upper: 4.25 }),
         cusum: Some(Cusum::new(0.5, 8.1)),
+        ewma: Some(Ewma::new(0.1, 0.645)),
         ..Detectors::NONE
     };
     let learned = |kind, detectors| ChannelEntry {

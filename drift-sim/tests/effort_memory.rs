@@ -71,7 +71,7 @@ fn calibrated(run: &Run, order: Option<u8>) -> Calibration {
         window_s: Some(window_s),
         false_alarm_every_h: 300.0 * window_s / 3600.0,
         channels: [false, true, false],
-        detectors: drift_sim::calibrate::DetectorChoice { shewhart: false, cusum: true, sprt: false },
+        detectors: "cusum".parse().unwrap(),
         effort_memory: order,
         simulated_decisions: 200_000,
         ..Options::default()

@@ -62,7 +62,7 @@ fn calibrated(run: &Run, columns: &[&str]) -> Calibration {
         window_s: Some(WINDOW as f64),
         false_alarm_every_h: 24.0,
         channels: [false, true, false],
-        detectors: DetectorChoice { shewhart: true, cusum: true, sprt: false },
+        detectors: DetectorChoice::default(),
         effort_memory: Some(0),
         operating_point: columns.iter().map(|c| (*c).to_owned()).collect(),
         simulated_decisions: 200_000,

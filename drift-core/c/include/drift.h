@@ -691,20 +691,6 @@ typedef struct drift_operating_point_t {
 } drift_operating_point_t;
 
 /*
- Limits on one standardised residual.
- */
-typedef struct drift_shewhart_t {
-  /*
-   Below zero.
-   */
-  float lower;
-  /*
-   Above zero.
-   */
-  float upper;
-} drift_shewhart_t;
-
-/*
  Two-sided CUSUM.
  */
 typedef struct drift_cusum_t {
@@ -763,6 +749,20 @@ typedef struct drift_sprt_t {
 } drift_sprt_t;
 
 /*
+ Limits on one standardised residual.
+ */
+typedef struct drift_shewhart_t {
+  /*
+   Below zero.
+   */
+  float lower;
+  /*
+   Above zero.
+   */
+  float upper;
+} drift_shewhart_t;
+
+/*
  One residual channel.
  */
 typedef struct drift_channel_t {
@@ -787,11 +787,7 @@ typedef struct drift_channel_t {
    */
   struct drift_operating_point_t operating_point;
   /*
-   0 or 1.
-   */
-  uint8_t has_shewhart;
-  /*
-   0 or 1.
+   0 or 1; here and below in the order of the core's table.
    */
   uint8_t has_cusum;
   /*
@@ -803,9 +799,9 @@ typedef struct drift_channel_t {
    */
   uint8_t has_sprt;
   /*
-   Instant.
+   0 or 1.
    */
-  struct drift_shewhart_t shewhart;
+  uint8_t has_shewhart;
   /*
    Cumulative.
    */
@@ -818,6 +814,10 @@ typedef struct drift_channel_t {
    Sequential.
    */
   struct drift_sprt_t sprt;
+  /*
+   Instant.
+   */
+  struct drift_shewhart_t shewhart;
 } drift_channel_t;
 
 /*

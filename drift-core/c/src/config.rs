@@ -127,22 +127,22 @@ pub struct drift_channel_t {
     pub memory: drift_memory_t,
     /// What a measured operating point adds to it, in the kinds of drift_full_at_init.
     pub operating_point: drift_operating_point_t,
-    /// 0 or 1.
-    pub has_shewhart: u8,
-    /// 0 or 1.
+    /// 0 or 1; here and below in the order of the core's table.
     pub has_cusum: u8,
     /// 0 or 1.
     pub has_ewma: u8,
     /// 0 or 1.
     pub has_sprt: u8,
-    /// Instant.
-    pub shewhart: drift_shewhart_t,
+    /// 0 or 1.
+    pub has_shewhart: u8,
     /// Cumulative.
     pub cusum: drift_cusum_t,
     /// Weighted.
     pub ewma: drift_ewma_t,
     /// Sequential.
     pub sprt: drift_sprt_t,
+    /// Instant.
+    pub shewhart: drift_shewhart_t,
 }
 
 /// The configuration; `drift calibrate --c` writes it as an initialiser. A pair monitor uses the first channel.

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use drift_core::{ChannelKind, Index};
+use drift_core::{ChannelKind, Detectors, Index};
 
 use super::{BaselineFile, ChannelEntry, PointColumns};
 
@@ -74,10 +74,6 @@ fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
     let p = &entry.channel.operating_point;
     let point = [p.weight, p.mean, p.per_x, p.ss, p.min, p.max];
     let (kind, index) = names(entry.channel.kind);
-    let shewhart = d.shewhart.map_or([0.0; 2], |d| [d.lower, d.upper]);
-    let cusum = d.cusum.map_or([0.0; 3], |d| [d.k, d.h, d.head_start]);
-    let ewma = d.ewma.map_or([0.0; 2], |d| [d.lambda, d.limit]);
-    let sprt = d.sprt.map_or([0.0; 5], |d| [d.constant, d.linear, d.quadratic, d.upper, d.lower]);
     let baseline = [b.b0, b.b1, b.sigma, b.windows, b.x_mean, b.x_ss, b.x_min, b.x_max];
     let parts = [
         ("kind", kind.to_owned()),
@@ -85,15 +81,18 @@ fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
         ("b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max", list(&baseline)),
         ("memory: order, x, value", format!("{{ {}u, {}, {} }}", m.order, list(&m.x), list(&m.value))),
         ("operating_point: weight, mean, per_x, ss, min, max", list(&point)),
-        ("has_shewhart", flag(d.shewhart.is_some())),
-        ("has_cusum", flag(d.cusum.is_some())),
-        ("has_ewma", flag(d.ewma.is_some())),
-        ("has_sprt", flag(d.sprt.is_some())),
-        ("shewhart: lower, upper", list(&shewhart)),
-        ("cusum: k, h, head_start", list(&cusum)),
-        ("ewma: lambda, limit", list(&ewma)),
-        ("sprt: constant, linear, quadratic, upper, lower", list(&sprt)),
     ];
+    let mut parts: Vec<(String, String)> =
+        parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    let mut numbers = Vec::new();
+    for row in Detectors::ROWS {
+        let mut of = Vec::new();
+        let is_there = (row.numbers)(d, &mut |x| of.push(x));
+        of.resize(row.fields.len(), 0.0);
+        parts.push((format!("has_{}", row.name), flag(is_there)));
+        numbers.push((format!("{}: {}", row.name, row.fields.join(", ")), list(&of)));
+    }
+    parts.extend(numbers);
     writeln!(text, "        {{")?;
     parts.iter().try_for_each(|(name, value)| writeln!(text, "            /* {name} */ {value},"))?;
     writeln!(text, "        }},")

@@ -1,6 +1,6 @@
 //! The configuration as Rust source, for a firmware that holds its baseline in flash.
 
-use drift_core::{Channel, ChannelKind, Cusum, Index};
+use drift_core::{Channel, ChannelKind, DetectorRow, Detectors, Index};
 
 use super::{BaselineFile, ChannelEntry, PointColumns};
 
@@ -82,28 +82,17 @@ fn channel(entry: &ChannelEntry) -> String {
 }
 
 fn detectors(channel: &Channel) -> String {
-    let d = &channel.detectors;
-    let shewhart = d.shewhart.map(|d| {
-        format!("shewhart: Some(drift_core::Shewhart {{ lower: {:?}, upper: {:?} }})", d.lower, d.upper)
-    });
-    let cusum = d.cusum.map(|d| {
-        let Cusum { k, h, head_start } = d;
-        format!("cusum: Some(drift_core::Cusum {{ k: {k:?}, h: {h:?}, head_start: {head_start:?} }})")
-    });
-    let ewma = d
-        .ewma
-        .map(|d| format!("ewma: Some(drift_core::Ewma {{ lambda: {:?}, limit: {:?} }})", d.lambda, d.limit));
-    let sprt = d.sprt.map(|d| {
-        format!(
-            "sprt: Some(drift_core::Sprt {{ constant: {:?}, linear: {:?}, quadratic: {:?}, upper: {:?}, lower: {:?} }})",
-            d.constant, d.linear, d.quadratic, d.upper, d.lower
-        )
-    });
-    let rest = Some("..drift_core::Detectors::NONE".to_owned());
-    let lines = [shewhart, cusum, ewma, sprt, rest].into_iter().flatten();
-    lines
-        .map(|line| format!("                {line}{}\n", if line.starts_with("..") { "" } else { "," }))
-        .collect()
+    let line = |row: &DetectorRow| {
+        let mut numbers = Vec::new();
+        (row.numbers)(&channel.detectors, &mut |x| numbers.push(x)).then(|| {
+            let pairs: Vec<String> =
+                row.fields.iter().zip(&numbers).map(|(name, x)| format!("{name}: {x:?}")).collect();
+            let (name, kind) = (row.name, row.type_name);
+            format!("                {name}: Some(drift_core::{kind} {{ {} }}),\n", pairs.join(", "))
+        })
+    };
+    let lines: String = Detectors::ROWS.iter().filter_map(line).collect();
+    lines + "                ..drift_core::Detectors::NONE\n"
 }
 
 fn memory(channel: &Channel) -> String {

@@ -27,6 +27,7 @@
 
 pub mod autocorrelation;
 mod caution;
+pub(crate) mod detector;
 mod marginal;
 mod operating_point;
 mod page;
@@ -49,10 +50,10 @@ use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samp
 use crate::recording::{Recording, RowState};
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
+pub use detector::DetectorChoice;
 pub use promise::Cost;
 use regression::Fit;
 use relation::Relation;
-pub use thresholds::DetectorChoice;
 pub use warnings::FEW_WINDOWS;
 pub use windows::WindowRow;
 
@@ -131,6 +132,8 @@ pub struct Options {
     pub detectors: DetectorChoice,
     /// The CUSUM's reference value, half the shift to be found, sigmas; the SPRT's alternative is twice it.
     pub k: f64,
+    /// The EWMA's weight of the newest residual; 0.1 is for shifts of about one sigma (Lucas & Saccucci 1990).
+    pub lambda: f64,
     /// Limits of u: `[lower, upper]`.
     pub saturation: Option<[f64; 2]>,
     /// A step of r beyond the first number blanks the second, s.
@@ -153,8 +156,9 @@ impl Default for Options {
             effort: Effort::Holding,
             effort_memory: None,
             operating_point: Vec::new(),
-            detectors: DetectorChoice { shewhart: true, cusum: true, sprt: false },
+            detectors: DetectorChoice::default(),
             k: 0.5,
+            lambda: 0.1,
             saturation: None,
             blanking: None,
             confirm_hops: Decision::DEFAULT.confirm_hops,
@@ -175,11 +179,14 @@ impl Options {
         if !(0.1..=2.0).contains(&self.k) {
             return Err(Error::new(format!("k is {}", self.k)).allowed("0.1 to 2 sigmas"));
         }
+        if !(0.02..=1.0).contains(&self.lambda) {
+            return Err(Error::new(format!("lambda is {}", self.lambda)).allowed("0.02 to 1"));
+        }
         if let Some(order) = self.effort_memory.filter(|&order| usize::from(order) > Memory::MOST) {
             return Err(Error::new(format!("a memory of {order} windows")).allowed("0 to 3"));
         }
         if self.detectors.count() == 0 {
-            return Err(Error::new("no detector").allowed("shewhart, cusum, sprt, or several"));
+            return Err(Error::new("no detector").allowed(Detectors::NAMES.join(", ")));
         }
         if !self.channels.contains(&true) {
             return Err(Error::new("no channel").allowed("energy_error, effort, activity, or several"));

@@ -6,6 +6,7 @@ use drift_core::Detectors;
 use serde_json::{Value, json};
 
 use super::Calibration;
+use super::detector::{self, Designed};
 
 impl Calibration {
     /// One screen of text.
@@ -142,17 +143,8 @@ impl Calibration {
 }
 
 fn thresholds(of: &Detectors) -> String {
-    let mut parts = Vec::new();
-    if let Some(d) = &of.shewhart {
-        parts.push(format!("shewhart below {:.2} or above {:.2}", d.lower, d.upper));
-    }
-    if let Some(d) = &of.cusum {
-        parts.push(format!("cusum k {} h {:.2}", d.k, d.h));
-    }
-    if let Some(d) = &of.sprt {
-        parts.push(format!("sprt upper {:.2} lower {:.2}", d.upper, d.lower));
-    }
-    parts.join(", ")
+    let row = |row: &&dyn Designed| Some(format!("{} {}", row.name(), row.thresholds(of)?));
+    detector::ROWS.iter().filter_map(row).collect::<Vec<_>>().join(", ")
 }
 
 fn interval([low, high]: [f64; 2]) -> String {

@@ -26,8 +26,8 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
             memory: drift_core::Memory::NONE,
             operating_point: drift_core::OperatingPoint::NONE,
             detectors: drift_core::Detectors {
-                shewhart: Some(drift_core::Shewhart { lower: -3.5, upper: 4.25 }),
                 cusum: Some(drift_core::Cusum { k: 0.5, h: 8.1, head_start: 0.0 }),
+                shewhart: Some(drift_core::Shewhart { lower: -3.5, upper: 4.25 }),
                 ..drift_core::Detectors::NONE
             },
         },

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
-use drift_core::Index;
-use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
+use drift_core::{Detectors, Index};
+use drift_sim::calibrate::{self, Options, Signals};
 use drift_sim::output::Outputs;
 use drift_sim::{Error, Result, output, report};
 
@@ -56,11 +57,14 @@ pub struct Arguments {
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     operating_point: Vec<String>,
     /// What watches each channel
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Detector::Shewhart, Detector::Cusum])]
-    detectors: Vec<Detector>,
+    #[arg(long, value_delimiter = ',', default_values = ["shewhart", "cusum"], value_parser = PossibleValuesParser::new(Detectors::NAMES))]
+    detectors: Vec<String>,
     /// The CUSUM's reference value: half the shift to be found, in sigmas
     #[arg(long, value_name = "K", default_value_t = 0.5)]
     k: f64,
+    /// The EWMA's weight of the newest window; 0.1 is for shifts of about one sigma
+    #[arg(long, value_name = "LAMBDA", default_value_t = 0.1)]
+    lambda: f64,
     /// Limits of u: samples at or beyond them are left out
     #[arg(long, value_name = "LO,HI", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     saturation: Vec<f64>,
@@ -109,13 +113,6 @@ enum Channel {
 enum Effort {
     Holding,
     Motion,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Detector {
-    Shewhart,
-    Cusum,
-    Sprt,
 }
 
 /// Longer than any recording: 30 years.
@@ -180,7 +177,6 @@ fn options(arguments: &Arguments) -> Result<Options> {
         [low, high] if low < high => Some([*low, *high]),
         _ => return Err(Error::new("--saturation").allowed("LO,HI with LO below HI")),
     };
-    let has = |detector: Detector| arguments.detectors.contains(&detector);
     Ok(Options {
         window_s: arguments.window,
         hop_s: arguments.hop,
@@ -200,12 +196,9 @@ fn options(arguments: &Arguments) -> Result<Options> {
         },
         effort_memory: arguments.effort_memory,
         operating_point: arguments.operating_point.clone(),
-        detectors: DetectorChoice {
-            shewhart: has(Detector::Shewhart),
-            cusum: has(Detector::Cusum),
-            sprt: has(Detector::Sprt),
-        },
+        detectors: arguments.detectors.join(",").parse()?,
         k: arguments.k,
+        lambda: arguments.lambda,
         saturation,
         blanking: arguments.blank_step.zip(arguments.blank),
         confirm_hops: arguments.confirm,

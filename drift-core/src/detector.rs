@@ -1,7 +1,11 @@
 //! The detectors of a standardised residual. Their thresholds are numbers computed on the host; an update is
 //! adds and compares.
 //!
-//! A detector is one file, with its [`Detector`] implementation, and one row of the table at the end of this one.
+//! A detector is one file, with its [`Detector`] implementation, and one row of the table at the end of this one. To add one, with all
+//! that can be done with it, touches seven files (it was 24): here its own, this one and the re-export in `lib.rs`; in drift-sim its
+//! threshold in `calibrate/detector/` and the row beside it; in the C interface, which can't be generated, `config.rs` and
+//! `report.rs`. Files, exports, commands and thresholds follow from the rows. What the statistic itself looks like in a report (JSON
+//! lines, charts, the beginning of an event) is still written by hand in `drift-sim/src/monitor`.
 //!
 //! A repeated SPRT that restarts at its lower boundary is itself a CUSUM with another reset: running both at
 //! equal cost adds their false alarms. Shewhart beside CUSUM is the sensible duo: the first finds a disturbance

@@ -190,11 +190,11 @@ fn what_is_wrong_is_named_with_its_line() {
         (
             "kind = \"motion_effort\"",
             "kind = \"activity\"",
-            "b.toml:63: channel 2 is activity; three [[channel]]",
+            "b.toml:64: channel 2 is activity; three [[channel]]",
         ),
         ("sigma = 0.3", "sigma = -0.3", "b.toml:37: channel energy_error: baseline is out of range"),
         ("scales = [1.0, 80.5]", "scales = [1.0]", "b.toml:24: operating_point has 2 columns and 1 scales"),
-        ("per_x = -2.0", "per_x = inf", "b.toml:75: channel motion_effort: operating_point is out of range"),
+        ("per_x = -2.0", "per_x = inf", "b.toml:76: channel motion_effort: operating_point is out of range"),
         (
             "[operating_point]   # the monitor's number is the sum of scale*column\ncolumns = [\"t_outdoor\", \"fan speed\"]\nscales = [1.0, 80.5]\n",
             "",

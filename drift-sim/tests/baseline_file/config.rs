@@ -27,6 +27,7 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
             operating_point: drift_core::OperatingPoint::NONE,
             detectors: drift_core::Detectors {
                 cusum: Some(drift_core::Cusum { k: 0.5, h: 8.1, head_start: 0.0 }),
+                ewma: Some(drift_core::Ewma { lambda: 0.1, limit: 0.645 }),
                 shewhart: Some(drift_core::Shewhart { lower: -3.5, upper: 4.25 }),
                 ..drift_core::Detectors::NONE
             },

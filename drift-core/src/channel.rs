@@ -6,6 +6,7 @@ use crate::index::{Index, Indices};
 use crate::line_fit::Line;
 use crate::math;
 use crate::memory::Memory;
+use crate::operating_point::OperatingPoint;
 use crate::store::Fingerprint;
 
 /// What is compared with what.
@@ -104,8 +105,14 @@ impl Baseline {
     /// The residual in units of its own standard deviation, with the uncertainty of the baseline at this x
     /// (prediction variance `sigma^2 (1 + 1/n + (x - mean)^2/Sxx)`). One square root and two divisions.
     pub fn standardise(&self, x: f32, residual: f32) -> f32 {
+        self.standardise_with(x, residual, 0.0)
+    }
+
+    /// The same where something else besides x adds `more` to the prediction variance, in units of sigma squared.
+    #[inline]
+    pub fn standardise_with(&self, x: f32, residual: f32, more: f32) -> f32 {
         let from_mean = x - self.x_mean;
-        let mut inflation = 1.0;
+        let mut inflation = 1.0 + more;
         if self.windows > 0.0 {
             inflation += 1.0 / self.windows;
         }
@@ -151,6 +158,9 @@ pub struct Channel {
     /// What the windows before add to it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub memory: Memory,
+    /// What a measured operating point adds to it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub operating_point: OperatingPoint,
     /// What watches its residual.
     pub detectors: Detectors,
 }
@@ -158,7 +168,7 @@ pub struct Channel {
 impl Channel {
     /// A channel with a known relation of this window alone.
     pub const fn new(kind: ChannelKind, baseline: Baseline, detectors: Detectors) -> Self {
-        Self { kind, baseline, memory: Memory::NONE, detectors }
+        Self { kind, baseline, memory: Memory::NONE, operating_point: OperatingPoint::NONE, detectors }
     }
 
     /// A channel that is only reported until its baseline is known.
@@ -170,6 +180,7 @@ impl Channel {
         to.u32(self.kind.tag());
         self.baseline.words().into_iter().for_each(|w| to.f32(w));
         self.memory.fingerprint(to);
+        self.operating_point.fingerprint(to);
         self.detectors.fingerprint(to);
     }
 }

@@ -276,6 +276,12 @@ const fn check_channel<N: Number, S: IndexSet<N>, O: Options>(channel: &Channel)
     if channel.memory.order > 0 && !O::Memory::LINKED {
         return Err(ConfigError::NotLinked("memory"));
     }
+    if !channel.operating_point.valid() {
+        return Err(ConfigError::OutOfRange("operating_point"));
+    }
+    if channel.operating_point.counts() && !S::KEEPS_POINT {
+        return Err(ConfigError::NotLinked("operating_point"));
+    }
     if !channel.detectors.valid() {
         return Err(ConfigError::OutOfRange("detectors"));
     }

@@ -1,7 +1,11 @@
 //! The detectors of a standardised residual. Their thresholds are numbers computed on the host; an update is
 //! adds and compares.
 //!
-//! A detector is one file, with its [`Detector`] implementation, and one row of the table at the end of this one.
+//! A detector is one file, with its [`Detector`] implementation, and one row of the table at the end of this one. To add one, with all
+//! that can be done with it, touches seven files (it was 24): here its own, this one and the re-export in `lib.rs`; in drift-sim its
+//! threshold in `calibrate/detector/` and the row beside it; in the C interface, which can't be generated, `config.rs` and
+//! `report.rs`. Files, exports, commands and thresholds follow from the rows. What the statistic itself looks like in a report (JSON
+//! lines, charts, the beginning of an event) is still written by hand in `drift-sim/src/monitor`.
 //!
 //! A repeated SPRT that restarts at its lower boundary is itself a CUSUM with another reset: running both at
 //! equal cost adds their false alarms. Shewhart beside CUSUM is the sensible duo: the first finds a disturbance
@@ -73,6 +77,8 @@ pub trait Detector: Copy + Debug + PartialEq + table::Row + 'static {
     fn update(&self, state: &mut Self::State, z: f32) -> Option<Side>;
     /// Whether such a state can be.
     fn possible(&self, state: &Self::State) -> bool;
+    /// The names of its numbers, in the order of [`Detector::each_number`].
+    const FIELDS: &'static [&'static str];
     /// Its numbers, one by one.
     fn each_number(&self, each: impl FnMut(f32));
 }
@@ -173,6 +179,19 @@ impl DetectorSet for AllDetectors {
     }
 }
 
+/// A row of the table, for programs that write, read or show every detector there is.
+#[derive(Debug, Clone, Copy)]
+pub struct DetectorRow {
+    /// The name in files, commands and reports.
+    pub name: &'static str,
+    /// The name of the type.
+    pub type_name: &'static str,
+    /// The names of its numbers.
+    pub fields: &'static [&'static str],
+    /// Hands over its numbers, in the order of the fields; false where it is not configured.
+    pub numbers: fn(&Detectors, &mut dyn FnMut(f32)) -> bool,
+}
+
 /// Rows: the field's name, which is the detector's name everywhere, its type, its bit. The order is that in which
 /// their sides are believed, so that the instant one comes last.
 macro_rules! detectors {
@@ -238,6 +257,16 @@ macro_rules! detectors {
             /// The detectors' names in files, commands and reports.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
 
+            /// The table.
+            pub const ROWS: &'static [DetectorRow] = &[$(DetectorRow {
+                name: stringify!($field),
+                type_name: stringify!($Type),
+                fields: <$Type as Detector>::FIELDS,
+                numbers: |of, each| {
+                    of.$field.as_ref().map(|detector| detector.each_number(each)).is_some()
+                },
+            }),*];
+
             /// The states before the first decision.
             pub fn start(&self) -> DetectorStates {
                 DetectorStates { $($field: <$Type as DetectorSet>::start(self)),* }
@@ -298,7 +327,7 @@ macro_rules! detectors {
             }
 
             /// Each detector's name and the side that it alarmed on.
-            pub fn each(&self) -> impl Iterator<Item = (&'static str, Option<Side>)> {
+            pub fn each(&self) -> impl DoubleEndedIterator<Item = (&'static str, Option<Side>)> {
                 [$((stringify!($field), self.$field)),*].into_iter()
             }
         }

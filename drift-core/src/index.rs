@@ -89,3 +89,19 @@ pub struct PairIndices {
     /// The pair's error index.
     pub error: f32,
 }
+
+/// The indices of one window and the operating point at which they were had ([`crate::FullAt`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct IndicesAt {
+    /// As without an operating point.
+    pub indices: Indices,
+    /// Mean of the operating point over the window's valid ticks, in the unit it came in.
+    pub operating_point: f32,
+}
+
+impl IndicesAt {
+    /// All NaN: before the first window.
+    pub const NOT_KEPT: Self = Self { indices: Indices::NOT_KEPT, operating_point: f32::NAN };
+}

@@ -1,5 +1,5 @@
 //! What is summed per tick: [`Pair`] keeps the paper's pair (E_u and one error index), [`Full`] everything that
-//! the three residual channels and the reports need.
+//! the three residual channels and the reports need, [`FullAt`] a measured operating point as well.
 //!
 //! A set is a row of sums. Per tick each of them grows; what is done with a whole row (joining strips, closing a
 //! block, adding up a window) is written once, in [`crate::window`] and [`crate::Plan`], and reads the constants here.
@@ -12,7 +12,7 @@ use core::fmt::Debug;
 use core::marker::PhantomData;
 
 use crate::channel::ChannelKind;
-use crate::index::{Index, Indices, PairIndices};
+use crate::index::{Index, Indices, IndicesAt, PairIndices};
 use crate::number::Number;
 use crate::trace::{NoTrace, TimeTrace, Trace, WholeTrace};
 
@@ -78,7 +78,7 @@ impl Scale {
     }
 }
 
-/// What is summed per tick. Sealed: [`Pair`] and [`Full`].
+/// What is summed per tick. Sealed: [`Pair`], [`Full`] and [`FullAt`].
 pub trait IndexSet<N: Number>: sealed::Sealed + Copy + Debug + 'static {
     /// The sums of the open strip.
     type Sums: Row<N::Sum>;
@@ -94,6 +94,10 @@ pub trait IndexSet<N: Number>: sealed::Sealed + Copy + Debug + 'static {
     type Trace: Trace<N>;
     /// What a window amounts to.
     type Indices: Copy + Debug + PartialEq;
+    /// The operating point as it comes with a tick: one number, or none.
+    type Point: Row<N>;
+    /// Its mean over a window.
+    type PointMean: Row<f32>;
     /// No tick yet.
     const NO_SUMS: Self::Sums;
     /// No strip yet.
@@ -114,14 +118,24 @@ pub trait IndexSet<N: Number>: sealed::Sealed + Copy + Debug + 'static {
     const KEEPS_EFFORT: bool;
     /// The error indices that are kept: bit `index as u8`.
     const KEEPS: u8;
+    /// A measured operating point is kept.
+    const KEEPS_POINT: bool = false;
     /// Marks the set in saved state.
     const TAG: u8;
     /// Adds one valid tick.
-    fn add(sums: &mut Self::Sums, peaks: &mut Self::Peaks, tick_in_block: u32, step: &Step<N>);
+    fn add(
+        sums: &mut Self::Sums,
+        peaks: &mut Self::Peaks,
+        tick_in_block: u32,
+        step: &Step<N>,
+        point: &Self::Point,
+    );
     /// The window's raw sums in units and seconds.
     fn indices(window: &Self::Closed, by: &Scale) -> Self::Indices;
     /// (x, value) of a channel: where on the baseline's axis the window lies, and the index that is judged there.
     fn coordinates(of: &Self::Indices, kind: ChannelKind) -> (f32, f32);
+    /// The operating point's mean, if one is kept.
+    fn point_mean(of: &Self::Indices) -> Self::PointMean;
 }
 
 mod sealed {
@@ -143,6 +157,8 @@ macro_rules! error_index {
             type Placed = [f32; $sums - 2];
             type Trace = $trace;
             type Indices = PairIndices;
+            type Point = [N; 0];
+            type PointMean = [f32; 0];
             const NO_SUMS: [N::Sum; $sums] = [N::NOTHING; $sums];
             const NO_STRIPS: [N::Joined; $sums] = [N::NOTHING_JOINED; $sums];
             const NO_PEAKS: [N; 0] = [];
@@ -157,7 +173,13 @@ macro_rules! error_index {
             const TAG: u8 = 1 + Index::$name as u8;
 
             #[inline(always)]
-            fn add(sums: &mut [N::Sum; $sums], _: &mut [N; 0], tick_in_block: u32, step: &Step<N>) {
+            fn add(
+                sums: &mut [N::Sum; $sums],
+                _: &mut [N; 0],
+                tick_in_block: u32,
+                step: &Step<N>,
+                _: &[N; 0],
+            ) {
                 let [energy, error, weighted @ ..] = sums;
                 step.u.add_square(energy);
                 let magnitude = step.r.minus(step.y).magnitude();
@@ -172,6 +194,10 @@ macro_rules! error_index {
             #[inline(always)]
             fn coordinates(of: &PairIndices, _: ChannelKind) -> (f32, f32) {
                 (of.e_u, of.error)
+            }
+            #[inline(always)]
+            fn point_mean(_: &PairIndices) -> [f32; 0] {
+                []
             }
         }
     };
@@ -219,75 +245,146 @@ pub struct Pair<J>(PhantomData<J>);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
-impl sealed::Sealed for Full {}
+/// As [`Full`], and the mean of a measured operating point: one more number in the tick, one more sum.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FullAt;
 
-impl<N: Number> IndexSet<N> for Full {
-    // u^2, |e|, t |e|, e^2, t e^2, u, y, e; then of differences: dr^2, u sign(dy), |dy|.
-    type Sums = [N::Sum; 11];
-    type Joined = [N::Joined; 11];
-    type Peaks = [N; 2];
-    type Closed = [f32; 13];
-    type Placed = [f32; 2];
-    type Trace = WholeTrace<N>;
-    type Indices = Indices;
-    const NO_SUMS: [N::Sum; 11] = [N::NOTHING; 11];
-    const NO_STRIPS: [N::Joined; 11] = [N::NOTHING_JOINED; 11];
-    const NO_PEAKS: [N; 2] = [N::ZERO; 2];
-    const NO_INDICES: Indices = Indices::NOT_KEPT;
-    const SUMS: usize = 11;
-    const WEIGHTED: &'static [(usize, usize)] = &[(2, 1), (4, 3)];
-    const DIFFERENCES_FROM: usize = 8;
-    const MAX_BLOCK_TICKS: u32 = N::MAX_BLOCK_TICKS_WEIGHTED;
-    const KEEPS_EFFORT: bool = true;
-    const KEEPS: u8 = 0b1111;
-    const TAG: u8 = 5;
+/// Indices with `P` means of operating points.
+trait AtPoint<const P: usize> {
+    fn of(indices: Indices, point: [f32; P]) -> Self;
+    fn indices(&self) -> &Indices;
+    fn point(&self) -> [f32; P];
+}
 
+impl AtPoint<0> for Indices {
     #[inline(always)]
-    fn add(sums: &mut [N::Sum; 11], peaks: &mut [N; 2], tick_in_block: u32, step: &Step<N>) {
-        let [energy, absolute, t_absolute, square, t_square, u, y, e, activity, motion_effort, travel] = sums;
-        let [peak_u, peak_e] = peaks;
-        let error = step.r.minus(step.y);
-        let (magnitude, u_magnitude) = (error.magnitude(), step.u.magnitude());
-        step.u.add_square(energy);
-        add_error::<N>(absolute, core::slice::from_mut(t_absolute), tick_in_block, magnitude, false);
-        add_error::<N>(square, core::slice::from_mut(t_square), tick_in_block, magnitude, true);
-        step.u.add(u);
-        step.y.add(y);
-        error.add(e);
-        step.r.minus(step.r_before).add_square(activity);
-        let dy = step.y.minus(step.y_before);
-        step.u.along(dy).add(motion_effort);
-        dy.magnitude().add(travel);
-        if magnitude > *peak_e {
-            *peak_e = magnitude;
-        }
-        if u_magnitude > *peak_u {
-            *peak_u = u_magnitude;
-        }
+    fn of(indices: Indices, _: [f32; 0]) -> Self {
+        indices
     }
-
-    fn indices(window: &[f32; 13], by: &Scale) -> Indices {
-        let [e_u, iae, itae, ise, itse, u, y, e, activity, motion_effort, travel, peak_u, peak_e] = *window;
-        let (mean_u, mean_y) = (by.u_unit * by.per_tick, by.y_unit * by.per_tick);
-        Indices {
-            e_u: e_u * by.energy(),
-            iae: iae * by.error(Index::Iae),
-            ise: ise * by.error(Index::Ise),
-            itae: itae * by.error(Index::Itae),
-            itse: itse * by.error(Index::Itse),
-            mean_u: u * mean_u,
-            mean_y: y * mean_y,
-            mean_e: e * mean_y,
-            peak_u: peak_u * by.u_unit,
-            peak_e: peak_e * by.y_unit,
-            reference_activity: activity * (by.y_unit * by.y_unit * by.fill),
-            motion_effort: motion_effort * mean_u,
-            speed: travel * (mean_y / by.tick_s),
-        }
+    #[inline(always)]
+    fn indices(&self) -> &Indices {
+        self
     }
-
-    #[inline]
-    fn coordinates(of: &Indices, kind: ChannelKind) -> (f32, f32) {
-        kind.coordinates(of)
+    #[inline(always)]
+    fn point(&self) -> [f32; 0] {
+        []
     }
 }
+
+impl AtPoint<1> for IndicesAt {
+    #[inline(always)]
+    fn of(indices: Indices, [operating_point]: [f32; 1]) -> Self {
+        Self { indices, operating_point }
+    }
+    #[inline(always)]
+    fn indices(&self) -> &Indices {
+        &self.indices
+    }
+    #[inline(always)]
+    fn point(&self) -> [f32; 1] {
+        [self.operating_point]
+    }
+}
+
+/// `$points`: numbers that come with a tick besides r, y and u.
+macro_rules! full {
+    ($name:ident, $points:literal, $Indices:ty, $tag:literal) => {
+        impl sealed::Sealed for $name {}
+
+        impl<N: Number> IndexSet<N> for $name {
+            // u^2, |e|, t |e|, e^2, t e^2, u, y, e, the points; then of differences: dr^2, u sign(dy), |dy|.
+            type Sums = [N::Sum; 11 + $points];
+            type Joined = [N::Joined; 11 + $points];
+            type Peaks = [N; 2];
+            type Closed = [f32; 13 + $points];
+            type Placed = [f32; 2];
+            type Trace = WholeTrace<N>;
+            type Indices = $Indices;
+            type Point = [N; $points];
+            type PointMean = [f32; $points];
+            const NO_SUMS: Self::Sums = [N::NOTHING; 11 + $points];
+            const NO_STRIPS: Self::Joined = [N::NOTHING_JOINED; 11 + $points];
+            const NO_PEAKS: [N; 2] = [N::ZERO; 2];
+            const NO_INDICES: $Indices = <$Indices>::NOT_KEPT;
+            const SUMS: usize = 11 + $points;
+            const WEIGHTED: &'static [(usize, usize)] = &[(2, 1), (4, 3)];
+            const DIFFERENCES_FROM: usize = 8 + $points;
+            const MAX_BLOCK_TICKS: u32 = N::MAX_BLOCK_TICKS_WEIGHTED;
+            const KEEPS_EFFORT: bool = true;
+            const KEEPS: u8 = 0b1111;
+            const KEEPS_POINT: bool = $points > 0;
+            const TAG: u8 = $tag;
+
+            #[inline(always)]
+            fn add(
+                sums: &mut Self::Sums,
+                peaks: &mut [N; 2],
+                tick_in_block: u32,
+                step: &Step<N>,
+                point: &[N; $points],
+            ) {
+                let [energy, absolute, t_absolute, square, t_square, u, y, e, rest @ ..] = sums;
+                let [points @ .., activity, motion_effort, travel] = rest;
+                let [peak_u, peak_e] = peaks;
+                let error = step.r.minus(step.y);
+                let (magnitude, u_magnitude) = (error.magnitude(), step.u.magnitude());
+                step.u.add_square(energy);
+                add_error::<N>(absolute, core::slice::from_mut(t_absolute), tick_in_block, magnitude, false);
+                add_error::<N>(square, core::slice::from_mut(t_square), tick_in_block, magnitude, true);
+                step.u.add(u);
+                step.y.add(y);
+                error.add(e);
+                for (sum, point) in points.iter_mut().zip(point) {
+                    point.add(sum);
+                }
+                step.r.minus(step.r_before).add_square(activity);
+                let dy = step.y.minus(step.y_before);
+                step.u.along(dy).add(motion_effort);
+                dy.magnitude().add(travel);
+                if magnitude > *peak_e {
+                    *peak_e = magnitude;
+                }
+                if u_magnitude > *peak_u {
+                    *peak_u = u_magnitude;
+                }
+            }
+
+            fn indices(window: &Self::Closed, by: &Scale) -> $Indices {
+                let [e_u, iae, itae, ise, itse, u, y, e, rest @ ..] = *window;
+                let [point @ .., activity, motion_effort, travel, peak_u, peak_e] = rest;
+                let (mean_u, mean_y) = (by.u_unit * by.per_tick, by.y_unit * by.per_tick);
+                let indices = Indices {
+                    e_u: e_u * by.energy(),
+                    iae: iae * by.error(Index::Iae),
+                    ise: ise * by.error(Index::Ise),
+                    itae: itae * by.error(Index::Itae),
+                    itse: itse * by.error(Index::Itse),
+                    mean_u: u * mean_u,
+                    mean_y: y * mean_y,
+                    mean_e: e * mean_y,
+                    peak_u: peak_u * by.u_unit,
+                    peak_e: peak_e * by.y_unit,
+                    reference_activity: activity * (by.y_unit * by.y_unit * by.fill),
+                    motion_effort: motion_effort * mean_u,
+                    speed: travel * (mean_y / by.tick_s),
+                };
+                // A point has no unit of its own: its weight is per count where samples are counts.
+                AtPoint::of(indices, point.map(|sum| sum * by.per_tick))
+            }
+
+            #[inline]
+            fn coordinates(of: &$Indices, kind: ChannelKind) -> (f32, f32) {
+                kind.coordinates(AtPoint::indices(of))
+            }
+
+            #[inline(always)]
+            fn point_mean(of: &$Indices) -> [f32; $points] {
+                of.point()
+            }
+        }
+    };
+}
+
+full!(Full, 0, Indices, 5);
+full!(FullAt, 1, IndicesAt, 6);

@@ -5,10 +5,10 @@
 //! small. This crate watches that bill. From the tick upwards:
 //!
 //! * [`Number`], [`Input`], [`Exclusion`]: what may enter. Only valid samples of a closed, unsaturated loop do.
-//! * [`IndexSet`] ([`Pair`], [`Full`]): what is summed. Blocks are added up, never subtracted from, so rounding
+//! * [`IndexSet`] ([`Pair`], [`Full`], [`FullAt`]): what is summed. Blocks are added up, never subtracted from, so rounding
 //!   does not grow with uptime.
 //! * [`Indices`]: the window's control energy, error indices, means and peaks (equations 2 and 3 of the paper).
-//! * [`Channel`], [`Baseline`], [`Memory`]: the residual of an index against the healthy relation (equations 5 to 7).
+//! * [`Channel`], [`Baseline`], [`Memory`], [`OperatingPoint`]: the residual of an index against the healthy relation (equations 5 to 7).
 //! * [`Detectors`]: Shewhart, two-sided CUSUM, EWMA, SPRT, with thresholds computed on the host.
 //! * [`Verdict`]: disturbance or drift, with the refitted curve (equations 8 and 9).
 //! * [`Options`]: what a monitor can do, as a type; what is not chosen is not linked.
@@ -61,6 +61,7 @@ mod math;
 mod memory;
 mod monitor;
 mod number;
+mod operating_point;
 mod options;
 mod report;
 mod sample;
@@ -74,15 +75,16 @@ pub use commissioning::{Commissioning, NotReady, honest_arl0};
 pub use config::{Config, ConfigError, Saturation};
 pub use course::{Curve, Decision, Refitted, Verdict};
 pub use detector::{
-    Alarms, AllDetectors, Cusum, CusumState, Detector, DetectorSet, DetectorState, DetectorStates, Detectors,
-    Ewma, EwmaState, Shewhart, Side, Sprt, SprtState,
+    Alarms, AllDetectors, Cusum, CusumState, Detector, DetectorRow, DetectorSet, DetectorState,
+    DetectorStates, Detectors, Ewma, EwmaState, Shewhart, Side, Sprt, SprtState,
 };
-pub use index::{Index, Indices, PairIndices};
-pub use index_set::{Full, Iae, IndexSet, Ise, Itae, Itse, Pair, Row, Scale, Step};
+pub use index::{Index, Indices, IndicesAt, PairIndices};
+pub use index_set::{Full, FullAt, Iae, IndexSet, Ise, Itae, Itse, Pair, Row, Scale, Step};
 pub use line_fit::{Line, LineFit};
 pub use memory::{Forgetful, LastWindows, Memory, MemoryKind, Remembering};
 pub use monitor::{FullMonitor, Monitor, PairMonitor, Plan, ReportOf, STRIP_TICKS, State};
 pub use number::{Carried, Number};
+pub use operating_point::OperatingPoint;
 pub use options::{Everything, Never, Options, Paper, Smallest};
 pub use report::{Location, Report, WindowStatus};
 pub use sample::{Excluded, Exclusion, Exclusions, Input, TotalExcluded};

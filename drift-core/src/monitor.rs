@@ -6,7 +6,11 @@
 //! so that a long block does not round more than a short one.
 
 mod channel_state;
+mod decide;
 mod saved_state;
+mod whole;
+
+pub use self::whole::{FullMonitor, Monitor, PairMonitor};
 
 use self::channel_state::ChannelState;
 use crate::blanking::{BlankingKind, BlankingState};
@@ -14,13 +18,13 @@ use crate::channel::ChannelReport;
 use crate::config::{Config, ConfigError};
 use crate::course::{Curve, Verdict};
 use crate::detector::DetectorSet;
-use crate::index_set::{Full, IndexSet, Pair, Row, Scale, Step};
+use crate::index_set::{IndexSet, Row, Step};
 use crate::number::Number;
-use crate::options::{Everything, Options};
+use crate::options::Options;
 use crate::report::{Report, WindowStatus};
 use crate::sample::{Exclusion, Exclusions, Input};
 use crate::trace::Trace;
-use crate::window::{Blocks, Layout, Total, WindowKind};
+use crate::window::{Blocks, WindowKind};
 
 /// Ticks of floats that are summed before they are joined to the block, a power of two. A constant signal rounds the
 /// same way at every addition: 32 of them are off by 6e-7 at worst.
@@ -88,6 +92,8 @@ pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     trace: S::Trace,
     blanking: <O::Blanking as BlankingKind>::State<N>,
     peaks: S::Peaks,
+    /// The operating point of the tick, held until the next one.
+    point: S::Point,
     /// Ticks left out of the open block so far.
     left_out: u16,
     blocks_to_hop: u16,
@@ -101,22 +107,6 @@ pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     /// The report's count of ticks left out is that of the last decision.
     counted: bool,
 }
-
-/// A plan and its state in one place. `N`: the samples' number; `S`: what is summed; `O`: what it can do; `C`: channels.
-///
-/// Rounding: within 1e-6 relative of a direct sum for `f32` blocks of any length in windows of up to 16 blocks (1.5e-6
-/// for 64), however long it runs; sums of counts are exact.
-#[derive(Debug, Clone, Copy)]
-pub struct Monitor<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
-    plan: Plan<N, S, O, C>,
-    state: State<N, S, O, C>,
-}
-
-/// The paper's pair in one channel, everything else at run time; windows of up to `B` blocks.
-pub type PairMonitor<N, J, const B: usize> = Monitor<N, Pair<J>, Everything<B>, 1>;
-
-/// All indices, three channels, everything else at run time; windows of up to `B` blocks.
-pub type FullMonitor<N, const B: usize> = Monitor<N, Full, Everything<B>, 3>;
 
 macro_rules! plan_of {
     ($number:ty) => {
@@ -155,8 +145,6 @@ plan_of!(f32);
 plan_of!(i32);
 
 impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
-    const LAYOUT: Layout = Layout { sums: S::SUMS, weighted: S::WEIGHTED };
-
     /// The configuration.
     pub const fn config(&self) -> &Config<N, C> {
         &self.config
@@ -167,6 +155,8 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         let mut state = State {
             sums: S::NO_SUMS,
             peaks: S::NO_PEAKS,
+            // Not admissible: no tick counts before the operating point is told.
+            point: S::Point::filled(N::LOWEST),
             joined: S::NO_STRIPS,
             window: Blocks::none(),
             trace: S::Trace::START,
@@ -215,13 +205,18 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     ) -> Option<&'s ReportOf<N, S, O, C>> {
         // A few comparisons on most ticks; whatever else they can lead to is one call apart.
         let next = state.tick_in_block.wrapping_add(1);
-        if next != state.look_at && N::surely_admissible(r, y, u) && self.undisturbed(state, r, u) {
+        if next != state.look_at
+            && N::surely_admissible(r, y, u)
+            && state.point_known()
+            && self.undisturbed(state, r, u)
+        {
             let tick = u32::from(state.tick_in_block);
             state.tick_in_block = next;
             let (r_before, y_before) = state.trace.before();
             state.trace.remember(r, y);
             state.blanking.remember(r);
-            S::add(&mut state.sums, &mut state.peaks, tick, &Step { r, y, u, r_before, y_before });
+            let step = Step { r, y, u, r_before, y_before };
+            S::add(&mut state.sums, &mut state.peaks, tick, &step, &state.point);
             return None;
         }
         self.rare_tick(state, r, y, u)
@@ -244,7 +239,10 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         u: N,
     ) -> Option<&'s ReportOf<N, S, O, C>> {
         // Most often a strip ends, and nothing else is rare.
-        let usual = state.link == Link::Tick && state.blanking.ticks() == 0 && N::surely_admissible(r, y, u);
+        let usual = state.link == Link::Tick
+            && state.blanking.ticks() == 0
+            && N::surely_admissible(r, y, u)
+            && state.point_known();
         let step = if usual && self.undisturbed(state, r, u) {
             let (r_before, y_before) = state.trace.before();
             state.trace.remember(r, y);
@@ -254,7 +252,10 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             self.admit(state, r, y, u)
         };
         match step {
-            Ok(step) => S::add(&mut state.sums, &mut state.peaks, u32::from(state.tick_in_block), &step),
+            Ok(step) => {
+                let tick = u32::from(state.tick_in_block);
+                S::add(&mut state.sums, &mut state.peaks, tick, &step, &state.point);
+            }
             Err(why) => state.leave_out(why),
         }
         self.advance(state)
@@ -312,9 +313,9 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
 
     #[inline(never)]
     fn admit(&self, state: &mut State<N, S, O, C>, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
-        if !(r.admissible() && y.admissible() && u.admissible()) {
+        if !(r.admissible() && y.admissible() && u.admissible() && state.point_known()) {
             state.miss();
-            return Err(refusal(r, y, u));
+            return Err(refusal(r, y, u, state.point.as_ref()));
         }
         let link = state.link;
         state.link = Link::Tick;
@@ -377,125 +378,27 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         }
         hop.saturating_mul(window.div_ceil(hop))
     }
+}
 
-    #[inline(never)]
-    fn close_block<'s>(&self, state: &'s mut State<N, S, O, C>) -> Option<&'s ReportOf<N, S, O, C>> {
-        let mut closed = S::Closed::filled(0.0);
-        let counts = self.close(state, &mut closed);
-        let place = self.config.window_blocks.wrapping_sub(state.blocks_to_hop);
-        state.window.close(&Self::LAYOUT, counts.then_some(&closed), place);
-        state.start_block();
-        state.blocks_to_hop = state.blocks_to_hop.wrapping_sub(1);
-        if state.blocks_to_hop > 0 {
-            return None;
-        }
-        state.blocks_to_hop = self.config.hop_blocks;
-        Some(self.decide(state))
-    }
-
-    /// The open block's sums and peaks, gaps made up; false if it has too few valid ticks.
+impl<N: Number, S: IndexSet<N, Point = [N; 1]>, O: Options, const C: usize> Plan<N, S, O, C> {
+    /// One tick, and the operating point at it.
     #[inline(always)]
-    fn close(&self, state: &State<N, S, O, C>, into: &mut S::Closed) -> bool {
-        let whole = self.config.block_ticks;
-        let valid = whole.wrapping_sub(u32::from(state.left_out));
-        if state.left_out > 0 && !(O::GAPS && valid as f32 >= self.config.min_valid * whole as f32) {
-            return false;
-        }
-        let (sums, joined) = (state.sums.as_ref(), state.joined.as_ref());
-        let peaks = state.peaks.as_ref().iter().map(|peak| peak.to_f32());
-        let closed = sums.iter().zip(joined).map(|(sum, joined)| N::closed(joined, *sum));
-        into.as_mut().iter_mut().zip(closed.chain(peaks)).for_each(|(into, x)| *into = x);
-        for &(weighted, plain) in S::WEIGHTED {
-            let sums = sums.get(weighted).zip(sums.get(plain)).zip(joined.get(weighted));
-            if let Some((((weighted, plain), joined), into)) = sums.zip(into.as_mut().get_mut(weighted)) {
-                *into = N::closed_weighted(joined, *weighted, *plain, whole);
-            }
-        }
-        if O::GAPS && state.left_out > 0 || state.trace.unpaired() > 0 {
-            self.make_up(state, into, valid);
-        }
-        true
+    pub fn tick_at<'s>(
+        &self,
+        state: &'s mut State<N, S, O, C>,
+        r: N,
+        y: N,
+        u: N,
+        operating_point: N,
+    ) -> Option<&'s ReportOf<N, S, O, C>> {
+        state.point = [operating_point];
+        self.tick(state, r, y, u)
     }
 
-    /// As if the ticks left out had shown the mean of the valid ones.
-    #[inline(never)]
-    fn make_up(&self, state: &State<N, S, O, C>, into: &mut S::Closed, valid: u32) {
-        let whole = self.config.block_ticks as f32;
-        let paired = valid.wrapping_sub(u32::from(state.trace.unpaired()));
-        let valid = valid as f32;
-        // Each tick left out gets the mean error at its own time: scaling the weighted sum would move it.
-        for &(weighted, plain) in S::WEIGHTED {
-            let left_out =
-                into.as_ref().get(plain).map_or(0.0, |plain| plain * state.trace.time_left_out() as f32);
-            if let Some(into) = into.as_mut().get_mut(weighted) {
-                *into += left_out / valid;
-            }
-        }
-        // As many pairs as ticks missing at random would leave; with fewer, differences stand for nothing.
-        let enough =
-            paired > 0 && paired as f32 >= self.config.min_valid * self.config.min_valid * whole - 1.0;
-        for (i, into) in (0..S::SUMS).zip(into.as_mut()) {
-            if i >= S::DIFFERENCES_FROM {
-                *into = if enough { *into * whole / paired as f32 } else { f32::NAN };
-            } else if !S::WEIGHTED.iter().any(|&(weighted, _)| weighted == i) {
-                *into = *into * whole / valid;
-            }
-        }
-    }
-
-    /// The window's indices; `None` if it has too few valid blocks.
-    #[inline(always)]
-    fn indices(&self, total: &mut Total<S::Closed, S::Placed>) -> Option<S::Indices> {
-        let config = &self.config;
-        let (blocks, valid) = (f32::from(config.window_blocks), f32::from(total.valid));
-        let whole = total.valid == config.window_blocks;
-        if !(whole || O::GAPS && total.valid > 0 && valid >= config.min_valid * blocks) {
-            return None;
-        }
-        let block_ticks = config.block_ticks as f32;
-        let fill = if whole { 1.0 } else { blocks / valid };
-        total.weigh(&Self::LAYOUT, if whole { block_ticks } else { block_ticks / fill });
-        let by = Scale {
-            tick_s: config.sample_time_s,
-            y_unit: config.y_unit,
-            u_unit: config.u_unit,
-            per_tick: 1.0 / (valid * block_ticks),
-            fill,
-        };
-        Some(S::indices(&total.closed, &by))
-    }
-
-    /// Closes the window: judges it.
-    fn decide<'s>(&self, state: &'s mut State<N, S, O, C>) -> &'s ReportOf<N, S, O, C> {
-        let (config, report) = (&self.config, &mut state.report);
-        report.indices = S::NO_INDICES;
-        let judged = state.window.with_total(&Self::LAYOUT, config.window_blocks, |total| {
-            let indices = self.indices(total);
-            if let Some(indices) = indices {
-                report.indices = indices;
-            }
-            indices.is_some()
-        });
-        report.status = if judged { WindowStatus::Valid } else { WindowStatus::TooFewValid };
-        report.hop = report.hop.wrapping_add(1);
-        report.verdict = Verdict::Healthy;
-        if state.counted {
-            report.excluded = O::Excluded::NONE;
-        }
-        state.counted = true;
-        for ((state, channel), out) in
-            state.channels.iter_mut().zip(&config.channels).zip(&mut report.channels)
-        {
-            (out.x, out.value) = (f32::NAN, f32::NAN);
-            if judged {
-                (out.x, out.value) = S::coordinates(&report.indices, channel.kind);
-            }
-            state.judge(&config.decision, channel, out);
-            if out.verdict > report.verdict {
-                report.verdict = out.verdict;
-            }
-        }
-        report
+    /// The operating point from now on, for one that is measured less often than the loop ticks. Ticks before the first
+    /// are left out, and so are those at which it is not finite or beyond [`Number::LIMIT`].
+    pub fn operating_point(&self, state: &mut State<N, S, O, C>, operating_point: N) {
+        state.point = [operating_point];
     }
 }
 
@@ -509,6 +412,12 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
     /// ([`Verdict::Disturbance`], [`Verdict::Recovered`]) is said once, in the report.
     pub fn verdict(&self) -> Verdict {
         self.channels.iter().map(|c| c.course.verdict()).max().unwrap_or(Verdict::Healthy)
+    }
+
+    /// Always so where no operating point is kept.
+    #[inline(always)]
+    fn point_known(&self) -> bool {
+        self.point.as_ref().iter().all(|point| point.admissible())
     }
 
     /// A tick without a usable sample: time passes.
@@ -557,61 +466,6 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
     }
 }
 
-impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Monitor<N, S, O, C> {
-    /// A monitor that has seen nothing yet.
-    ///
-    /// # Errors
-    /// As [`Plan::new`].
-    pub fn new(config: Config<N, C>) -> Result<Self, ConfigError> {
-        N::plan(config).map(Plan::into_monitor)
-    }
-
-    /// The configuration that it was started with.
-    pub const fn config(&self) -> &Config<N, C> {
-        self.plan.config()
-    }
-
-    /// What it remembers.
-    pub const fn state(&self) -> &State<N, S, O, C> {
-        &self.state
-    }
-
-    /// As [`Plan::tick`].
-    #[inline(always)]
-    pub fn tick(&mut self, r: N, y: N, u: N) -> Option<&ReportOf<N, S, O, C>> {
-        self.plan.tick(&mut self.state, r, y, u)
-    }
-
-    /// As [`Plan::tick_input`].
-    pub fn tick_input(&mut self, input: Input<N>) -> Option<&ReportOf<N, S, O, C>> {
-        self.plan.tick_input(&mut self.state, input)
-    }
-
-    /// Many ticks at once: the same, bit for bit, as one by one. Reads as many as the shortest slice has.
-    pub fn ticks(&mut self, r: &[N], y: &[N], u: &[N], mut each: impl FnMut(&ReportOf<N, S, O, C>)) {
-        for ((&r, &y), &u) in r.iter().zip(y).zip(u) {
-            if let Some(report) = self.tick(r, y, u) {
-                each(report);
-            }
-        }
-    }
-
-    /// As [`State::verdict`].
-    pub fn verdict(&self) -> Verdict {
-        self.state.verdict()
-    }
-
-    /// As [`Plan::restart_window`].
-    pub fn restart_window(&mut self) {
-        self.plan.restart_window(&mut self.state);
-    }
-
-    /// As [`Plan::acknowledge`].
-    pub fn acknowledge(&mut self) {
-        self.plan.acknowledge(&mut self.state);
-    }
-}
-
 #[cfg(feature = "defmt")]
 impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> defmt::Format for State<N, S, O, C> {
     /// Where it stands; the sums are no reading for a log.
@@ -622,8 +476,8 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> defmt::Format for St
 
 /// Apart and cold: the tick path only asks whether, not why.
 #[cold]
-fn refusal<N: Number>(r: N, y: N, u: N) -> Exclusion {
-    if r.non_finite() || y.non_finite() || u.non_finite() {
+fn refusal<N: Number>(r: N, y: N, u: N, point: &[N]) -> Exclusion {
+    if r.non_finite() || y.non_finite() || u.non_finite() || point.iter().any(|p| p.non_finite()) {
         Exclusion::NonFinite
     } else {
         Exclusion::OutOfRange

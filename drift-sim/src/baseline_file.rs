@@ -6,6 +6,7 @@
 //! fewest digits that give the same bits back.
 
 mod c_initialiser;
+mod point_columns;
 mod rust_const;
 mod toml_text;
 
@@ -14,12 +15,13 @@ use std::io::Read;
 use std::path::Path;
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Config, Decision, Detectors, Everything, Full, Index, Memory,
-    Monitor, Plan, Saturation,
+    Baseline, Blanking, Channel, ChannelKind, Config, Decision, Detectors, Everything, Full, FullAt, Index,
+    Memory, Monitor, OperatingPoint, Plan, Saturation,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
+pub use point_columns::{MOST_COLUMNS, PointColumns};
 
 /// The layout's name; another one is refused.
 pub const SCHEMA: &str = "drift.baseline/1";
@@ -27,8 +29,10 @@ pub const SCHEMA: &str = "drift.baseline/1";
 pub const CAPACITY: usize = 64;
 /// The host's monitor: every index, [`CAPACITY`] blocks, three channels.
 pub type HostMonitor = Monitor<f32, Full, Everything<CAPACITY>, 3>;
+/// The same with a measured operating point, for a baseline that depends on one.
+pub type HostMonitorAt = Monitor<f32, FullAt, Everything<CAPACITY>, 3>;
 /// What the host's monitor is made of, for any number of channels.
-type HostPlan<const C: usize> = Plan<f32, Full, Everything<CAPACITY>, C>;
+type HostPlan<const C: usize> = Plan<f32, FullAt, Everything<CAPACITY>, C>;
 
 /// A baseline file's content; checked, so that [`BaselineFile::config`] is accepted by a monitor.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +45,8 @@ pub struct BaselineFile {
     pub decision: Decision,
     /// What the thresholds promise, if they were computed for something.
     pub promise: Option<Promise>,
+    /// The measured columns that the effort depends on, if it was learnt with any.
+    pub operating_point: Option<PointColumns>,
     /// What it was learnt from.
     pub calibration: Provenance,
     /// energy_error, effort or motion_effort, activity.
@@ -174,6 +180,7 @@ struct Document {
     samples: Samples,
     decision: Decision,
     promise: Option<toml::Spanned<Promise>>,
+    operating_point: Option<toml::Spanned<PointColumns>>,
     calibration: toml::Spanned<Provenance>,
     #[serde(rename = "channel")]
     channels: toml::Spanned<Vec<toml::Spanned<ChannelTable>>>,
@@ -187,6 +194,8 @@ struct ChannelTable {
     baseline: Option<Baseline>,
     #[serde(default)]
     memory: Memory,
+    #[serde(default)]
+    operating_point: OperatingPoint,
     #[serde(default)]
     detectors: Detectors,
     statistics: Option<Statistics>,
@@ -286,11 +295,13 @@ fn parse(text: &str) -> Result<BaselineFile> {
     check_provenance(document.calibration.get_ref())
         .map_err(|p| in_table(&document.calibration.span(), p))?;
     let channels = read_channels(text, &document)?;
+    check_point(text, &document, &channels)?;
     let file = BaselineFile {
         timing: document.timing,
         samples: document.samples,
         decision: document.decision,
         promise: document.promise.map(toml::Spanned::into_inner),
+        operating_point: document.operating_point.map(toml::Spanned::into_inner),
         calibration: document.calibration.into_inner(),
         channels,
     };
@@ -304,8 +315,7 @@ fn parse(text: &str) -> Result<BaselineFile> {
     for (entry, table) in file.channels.iter().zip(document.channels.get_ref()) {
         HostPlan::new(file.config_of([entry.channel])).map_err(|e| {
             let message = e.to_string();
-            let key =
-                ["detectors", "memory"].into_iter().find(|key| message.contains(key)).unwrap_or("baseline");
+            let key = PARTS.into_iter().find(|key| message.contains(key)).unwrap_or("baseline");
             let line = line_of_key(text, table.span().start, key);
             Error::new(format!("channel {}: {message}", entry.channel.kind.name()))
                 .allowed("finite numbers, sigma >= 0, x_min <= x_max, thresholds beyond 0 on their side")
@@ -315,10 +325,13 @@ fn parse(text: &str) -> Result<BaselineFile> {
     Ok(file)
 }
 
-/// The keys that the configuration's own errors name.
 /// More than any baseline; a recording given by mistake is refused before it is parsed.
 const LARGEST_BYTES: u64 = 1_000_000;
 
+/// A channel's tables that its errors name.
+const PARTS: [&str; 3] = ["detectors", "memory", "operating_point"];
+
+/// The keys that the configuration's own errors name.
 const KEYS: [&str; 8] = [
     "sample_time_s",
     "block_ticks",
@@ -374,6 +387,18 @@ fn check_promise(promise: &Promise) -> std::result::Result<(), Problem> {
         return Err(Problem { key: "confidence", what, allowed: "between 0 and 1" });
     }
     Ok(())
+}
+
+/// A weight needs the columns that it is for.
+fn check_point(text: &str, document: &Document, channels: &[ChannelEntry]) -> Result<()> {
+    match &document.operating_point {
+        Some(point) => point.get_ref().check().map_err(|e| e.at_line(line_at(text, point.span().start))),
+        None if channels.iter().any(|entry| entry.channel.operating_point.counts()) => {
+            Err(Error::new("a channel depends on an operating_point, but the file names no columns for it")
+                .allowed("[operating_point] with columns and scales"))
+        }
+        None => Ok(()),
+    }
 }
 
 fn check_provenance(of: &Provenance) -> std::result::Result<(), Problem> {
@@ -434,7 +459,11 @@ fn read_channel(text: &str, table: &toml::Spanned<ChannelTable>) -> Result<Chann
         }
     }
     let baseline = table.baseline.unwrap_or(Baseline::UNLEARNED);
-    let channel = Channel { memory: table.memory, ..Channel::new(kind, baseline, table.detectors) };
+    let channel = Channel {
+        memory: table.memory,
+        operating_point: table.operating_point,
+        ..Channel::new(kind, baseline, table.detectors)
+    };
     Ok(ChannelEntry { channel, statistics: table.statistics })
 }
 

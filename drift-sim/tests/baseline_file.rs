@@ -4,10 +4,11 @@
 use std::process::Command;
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Cusum, Decision, Detectors, Index, Saturation, Shewhart, Sprt,
+    Baseline, Blanking, Channel, ChannelKind, Cusum, Decision, Detectors, Ewma, Index, OperatingPoint,
+    Saturation, Shewhart, Sprt,
 };
 use drift_sim::baseline_file::{
-    BaselineFile, ChannelEntry, HostMonitor, Promise, Provenance, Samples, Statistics, Timing,
+    BaselineFile, ChannelEntry, HostMonitorAt, PointColumns, Promise, Provenance, Samples, Statistics, Timing,
 };
 use proptest::prelude::*;
 
@@ -41,12 +42,19 @@ fn example() -> BaselineFile {
     let detectors = Detectors {
         shewhart: Some(Shewhart { lower: -3.5, upper: 4.25 }),
         cusum: Some(Cusum::new(0.5, 8.1)),
+        ewma: Some(Ewma::new(0.1, 0.645)),
         ..Detectors::NONE
     };
     let learned = |kind, detectors| ChannelEntry {
         channel: Channel::new(kind, baseline, detectors),
         statistics: Some(statistics),
     };
+    let mut effort = learned(
+        ChannelKind::MotionEffort,
+        Detectors { sprt: Some(Sprt::mean(1.0, -4.6, 7.3)), ..Detectors::NONE },
+    );
+    effort.channel.operating_point =
+        OperatingPoint { weight: 0.0154, mean: 75.5, per_x: -2.0, ss: 1900.0, min: 60.0, max: 90.25 };
     BaselineFile {
         timing: Timing { sample_time_s: 0.001, block_ticks: 250, window_blocks: 12, hop_blocks: 6 },
         samples: Samples {
@@ -56,6 +64,10 @@ fn example() -> BaselineFile {
         },
         decision: Decision::DEFAULT,
         promise: Some(Promise { false_alarm_every_h: 24.0, decisions: 57_600.0, confidence: 0.9 }),
+        operating_point: Some(PointColumns {
+            columns: vec!["t_outdoor".into(), "fan speed".into()],
+            scales: vec![1.0, 80.5],
+        }),
         calibration: Provenance {
             files: vec!["a \"quoted\" \\ name.csv".into(), "b.csv".into()],
             windows: 400,
@@ -63,10 +75,7 @@ fn example() -> BaselineFile {
         },
         channels: [
             learned(ChannelKind::EnergyError(Index::Itae), detectors),
-            learned(
-                ChannelKind::MotionEffort,
-                Detectors { sprt: Some(Sprt::mean(1.0, -4.6, 7.3)), ..Detectors::NONE },
-            ),
+            effort,
             ChannelEntry::unlearned(ChannelKind::Activity),
         ],
     }
@@ -96,7 +105,9 @@ fn the_generated_texts_are_the_committed_ones() {
 #[test]
 fn the_generated_rust_is_the_same_configuration() {
     assert_eq!(generated::CONFIG, example().config().unwrap());
-    HostMonitor::new(generated::CONFIG).unwrap();
+    HostMonitorAt::new(generated::CONFIG).unwrap();
+    let point = example().operating_point.unwrap();
+    assert_eq!(generated::operating_point(20.5, 0.25), point.point(&[20.5, 0.25]));
 }
 
 #[test]
@@ -132,7 +143,9 @@ fn the_generated_c_compiles_without_a_warning_and_holds_the_same_numbers() {
     let main = "#include <stdio.h>\n#include \"config.h\"\nint main(void) {\n\
         printf(\"%a %a %d %d %d\\n\", (double)drift_config.channels[0].baseline.sigma, \
         (double)drift_config.channels[2].baseline.x_max, (int)drift_config.channels[1].kind, \
-        (int)drift_config.hop_blocks, (int)drift_config.channels[0].has_sprt);\nreturn 0;\n}\n";
+        (int)drift_config.hop_blocks, (int)drift_config.channels[0].has_sprt);\n\
+        printf(\"%g %g\\n\", (double)DRIFT_OPERATING_POINT_OF(20.5f, 0.25f), \
+        (double)drift_config.channels[1].operating_point.max);\nreturn 0;\n}\n";
     std::fs::write(folder.path().join("main.c"), main).unwrap();
     let compiled = Command::new("cc")
         .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I"])
@@ -144,7 +157,7 @@ fn the_generated_c_compiles_without_a_warning_and_holds_the_same_numbers() {
     assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
     let said = Command::new(folder.path().join("main")).output().unwrap();
     // 0.3f and FLT_MAX in hexadecimal.
-    assert_eq!(String::from_utf8_lossy(&said.stdout), "0x1.333334p-2 0x1.fffffep+127 2 6 0\n");
+    assert_eq!(String::from_utf8_lossy(&said.stdout), "0x1.333334p-2 0x1.fffffep+127 2 6 0\n40.625 90.25\n");
 }
 
 fn refused(edit: impl Fn(&str) -> String) -> String {
@@ -158,7 +171,7 @@ fn refused(edit: impl Fn(&str) -> String) -> String {
 
 #[test]
 fn what_is_wrong_is_named_with_its_line() {
-    let cases: [(&str, &str, &str); 14] = [
+    let cases: [(&str, &str, &str); 17] = [
         (
             "drift.baseline/1",
             "drift.baseline/2",
@@ -173,14 +186,21 @@ fn what_is_wrong_is_named_with_its_line() {
         ("u_max = 10000.0", "u_max = -10000.0", "b.toml:11: saturation"),
         ("log_odds = 4.6", "log_odds = -1", "b.toml:14: decision is out of range"),
         ("confidence = 0.9", "confidence = 9", "b.toml:22: confidence is 9; between 0 and 1"),
-        ("index = \"itae\"\n", "", "b.toml:30: channel energy_error has no index; index = \"iae\""),
+        ("index = \"itae\"\n", "", "b.toml:34: channel energy_error has no index; index = \"iae\""),
         (
             "kind = \"motion_effort\"",
             "kind = \"activity\"",
-            "b.toml:59: channel 2 is activity; three [[channel]]",
+            "b.toml:64: channel 2 is activity; three [[channel]]",
         ),
-        ("sigma = 0.3", "sigma = -0.3", "b.toml:33: channel energy_error: baseline is out of range"),
-        ("upper = 4.25", "upper = inf", "b.toml:43: channel energy_error: detectors is out of range"),
+        ("sigma = 0.3", "sigma = -0.3", "b.toml:37: channel energy_error: baseline is out of range"),
+        ("scales = [1.0, 80.5]", "scales = [1.0]", "b.toml:24: operating_point has 2 columns and 1 scales"),
+        ("per_x = -2.0", "per_x = inf", "b.toml:76: channel motion_effort: operating_point is out of range"),
+        (
+            "[operating_point]   # the monitor's number is the sum of scale*column\ncolumns = [\"t_outdoor\", \"fan speed\"]\nscales = [1.0, 80.5]\n",
+            "",
+            "b.toml: a channel depends on an operating_point, but the file names no columns",
+        ),
+        ("upper = 4.25", "upper = inf", "b.toml:47: channel energy_error: detectors is out of range"),
     ];
     for (from, to, expected) in cases {
         let error = refused(|text| text.replacen(from, to, 1));

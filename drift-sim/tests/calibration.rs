@@ -21,7 +21,7 @@ fn run() -> [Vec<f64>; 3] {
 }
 
 fn signals([r, y, u]: &[Vec<f64>; 3]) -> Signals<'_> {
-    Signals { name: "h.csv", sample_time_s: 0.001, r, y, u, state: None }
+    Signals { name: "h.csv", sample_time_s: 0.001, r, y, u, state: None, further: &[] }
 }
 
 fn options() -> Options {
@@ -53,7 +53,15 @@ fn windows_do_not_span_two_recordings() {
     let run = run();
     let half = |at: std::ops::Range<usize>| [&run[0][at.clone()], &run[1][at.clone()], &run[2][at]];
     let (a, b) = (half(0..15_250), half(15_250..30_000));
-    let parts = [a, b].map(|[r, y, u]| Signals { name: "h.csv", sample_time_s: 0.001, r, y, u, state: None });
+    let parts = [a, b].map(|[r, y, u]| Signals {
+        name: "h.csv",
+        sample_time_s: 0.001,
+        r,
+        y,
+        u,
+        state: None,
+        further: &[],
+    });
     assert_eq!(calibrate(&parts, &options()).unwrap().windows.len(), 30 + 29);
 }
 

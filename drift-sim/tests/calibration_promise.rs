@@ -177,6 +177,7 @@ impl Case {
             end_s: 0.0,
             x: window.map(|(x, _)| x),
             value: window.map(|(_, value)| value),
+            columns: [0.0; 3],
         };
         let timing = self.timing();
         let options = Options {

@@ -19,6 +19,26 @@ fn json_on_standard_output_holds_the_textbook_numbers() {
     assert_eq!(json["quantiles"]["shifted"]["p50"], 9.0);
 }
 
+/// Lucas & Saccucci's chart: lambda 0.1 and L = 2.814 has one false alarm in 500 and finds one sigma after 10.3.
+#[test]
+fn the_ewma_has_the_textbook_numbers_and_the_reverse() {
+    let number = |json: &serde_json::Value, key: &str| json[key].as_f64().unwrap();
+    let limit = 2.814 * (0.1f64 / 1.9).sqrt();
+    let read = |arguments: &[&str]| -> serde_json::Value {
+        let out = drift(&[&["--detector", "ewma", "--json", "-"], arguments].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        serde_json::from_slice(&out.stdout).unwrap()
+    };
+    let forward = read(&["--lambda", "0.1", "--h", &limit.to_string()]);
+    assert!((number(&forward, "arl0") / 500.0 - 1.0).abs() < 0.005, "{forward}");
+    assert!((number(&forward, "arl1") - 10.3).abs() < 0.06, "{forward}");
+    // lambda = 0.1 is the default.
+    let back = read(&["--arl0", &number(&forward, "arl0").to_string()]);
+    assert!((number(&back, "h") / limit - 1.0).abs() < 1e-6 && number(&back, "lambda") == 0.1, "{back}");
+    let refused = drift(&["--detector", "ewma", "--k", "0.5", "--arl0", "500"]);
+    assert_eq!(String::from_utf8_lossy(&refused.stderr), "error: --k does not go with an EWMA\n");
+}
+
 #[test]
 fn wrong_values_are_one_line_and_wrong_usage_is_exit_2() {
     for wrong in [

@@ -64,13 +64,14 @@ impl Case {
 
 fn calibrated(run: &Run, order: Option<u8>) -> Calibration {
     let [r, y, u] = run;
-    let signals = Signals { name: "healthy", sample_time_s: SAMPLE_TIME_S, r, y, u, state: None };
+    let signals =
+        Signals { name: "healthy", sample_time_s: SAMPLE_TIME_S, r, y, u, state: None, further: &[] };
     let window_s = WINDOW as f64 * SAMPLE_TIME_S;
     let options = Options {
         window_s: Some(window_s),
         false_alarm_every_h: 300.0 * window_s / 3600.0,
         channels: [false, true, false],
-        detectors: drift_sim::calibrate::DetectorChoice { shewhart: false, cusum: true, sprt: false },
+        detectors: "cusum".parse().unwrap(),
         effort_memory: order,
         simulated_decisions: 200_000,
         ..Options::default()

@@ -1,5 +1,7 @@
-//! The EWMA's exact run lengths against the published table (Lucas & Saccucci 1990, table 3, as reprinted by Montgomery), and the
-//! shipped detector against them by Monte Carlo.
+//! The EWMA's exact run lengths against two published tables, and the shipped detector against them by Monte Carlo.
+//!
+//! Six digits: SAS/QC 12.1 User's Guide, EWMAARL function (Crowder's method) and its example 9.5. Three digits: the values of Lucas &
+//! Saccucci (1990) in the form in which textbooks reprint them; the original page was not at hand.
 #![allow(clippy::unwrap_used)]
 
 use drift_core::{Detector, DetectorState, EwmaState};
@@ -24,6 +26,26 @@ const TABLE: [(f64, [f64; 5]); 10] = [
     (3.0, [2.0, 2.3, 2.4, 2.9, 3.5]),
     (4.0, [1.4, 1.7, 1.9, 2.2, 2.7]),
 ];
+
+/// Shift, then the mean run length for weights of 0.25, 0.5, 0.75 and 1 at L = 3.
+const SAS: [(f64, [f64; 4]); 4] = [
+    (0.5, [48.453, 75.354, 110.950, 155.224]),
+    (1.0, [11.1543, 15.7378, 25.6391, 43.8947]),
+    (1.5, [5.4697, 6.1111, 8.7201, 14.9677]),
+    (2.0, [3.61677, 3.46850, 4.15346, 6.30296]),
+];
+
+#[test]
+fn the_table_of_sas_to_its_last_digit() {
+    for (shift, row) in SAS {
+        for (lambda, published) in [0.25, 0.5, 0.75, 1.0].into_iter().zip(row) {
+            let arl = Ewma::with_l(lambda, 3.0).unwrap().arl(shift);
+            assert!((arl / published - 1.0).abs() < 1.5e-5, "{lambda} {shift}: {arl}, published {published}");
+        }
+    }
+    // EWMAARL(1.00, 0.25, 3.0).
+    assert!((Ewma::with_l(0.25, 3.0).unwrap().arl(1.0) - 11.154267016).abs() < 1e-6);
+}
 
 #[test]
 fn the_published_table() {

@@ -5,7 +5,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use drift_sim::calibrate::{self, Calibration, DetectorChoice, Options, calibrate};
+use drift_sim::calibrate::{self, Calibration, Options, calibrate};
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::{self, diagnose, page};
 use drift_sim::monitor::{self, Chart, Outputs, watch};
@@ -51,14 +51,22 @@ fn calibration(run: &Run) -> Calibration {
         window_s: Some(500.0),
         false_alarm_every_h: 50.0,
         simulated_decisions: 50_000,
-        detectors: DetectorChoice { shewhart: true, cusum: true, sprt: true },
+        detectors: "shewhart,cusum,sprt".parse().unwrap(),
         ..Options::default()
     };
     calibrate(&[signals(run)], &options).unwrap()
 }
 
 fn signals(run: &Run) -> calibrate::Signals<'_> {
-    calibrate::Signals { name: NAME, sample_time_s: 5.0, r: &run.r, y: &run.y, u: &run.u, state: None }
+    calibrate::Signals {
+        name: NAME,
+        sample_time_s: 5.0,
+        r: &run.r,
+        y: &run.y,
+        u: &run.u,
+        state: None,
+        further: &[],
+    }
 }
 
 fn monitor_page(healthy: &Run, drifting: &Run) -> Page {

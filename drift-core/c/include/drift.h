@@ -286,7 +286,7 @@
 /*
  Bytes of a configuration.
  */
-#define DRIFT_CONFIG_BYTES 420
+#define DRIFT_CONFIG_BYTES 492
 
 /*
  Most blocks of windows that overlap.
@@ -324,6 +324,16 @@
 #define DRIFT_FULL_I32_WORDS 260
 
 /*
+ 64-bit words of a monitor that drift_full_at_init starts.
+ */
+#define DRIFT_FULL_AT_WORDS 280
+
+/*
+ 64-bit words of a monitor that drift_full_at_i32_init starts.
+ */
+#define DRIFT_FULL_AT_I32_WORDS 280
+
+/*
  No saved state of any kind is longer.
  */
 #define DRIFT_STATE_BYTES 1400
@@ -331,7 +341,7 @@
 /*
  Bytes of a report.
  */
-#define DRIFT_REPORT_BYTES 292
+#define DRIFT_REPORT_BYTES 296
 
 /*
  What a function returns: zero or above is good.
@@ -557,6 +567,10 @@ typedef struct drift_report_t {
    */
   float speed;
   /*
+   Mean of the operating point, in the kinds of drift_full_at_init.
+   */
+  float operating_point;
+  /*
    Ticks left out since the last decision, whatever the reason.
    */
   uint16_t left_out;
@@ -647,18 +661,34 @@ typedef struct drift_memory_t {
 } drift_memory_t;
 
 /*
- Limits on one standardised residual.
+ What a measured operating point adds to the relation; weight 0: nothing.
  */
-typedef struct drift_shewhart_t {
+typedef struct drift_operating_point_t {
   /*
-   Below zero.
+   Value units per unit of the point.
    */
-  float lower;
+  float weight;
   /*
-   Above zero.
+   The point's mean while it was learnt.
    */
-  float upper;
-} drift_shewhart_t;
+  float mean;
+  /*
+   How the point went with x.
+   */
+  float per_x;
+  /*
+   Its sum of squared deviations that x does not explain; 0: the weight is exactly known.
+   */
+  float ss;
+  /*
+   Smallest point seen.
+   */
+  float min;
+  /*
+   Largest point seen.
+   */
+  float max;
+} drift_operating_point_t;
 
 /*
  Two-sided CUSUM.
@@ -719,6 +749,20 @@ typedef struct drift_sprt_t {
 } drift_sprt_t;
 
 /*
+ Limits on one standardised residual.
+ */
+typedef struct drift_shewhart_t {
+  /*
+   Below zero.
+   */
+  float lower;
+  /*
+   Above zero.
+   */
+  float upper;
+} drift_shewhart_t;
+
+/*
  One residual channel.
  */
 typedef struct drift_channel_t {
@@ -739,11 +783,11 @@ typedef struct drift_channel_t {
    */
   struct drift_memory_t memory;
   /*
-   0 or 1.
+   What a measured operating point adds to it, in the kinds of drift_full_at_init.
    */
-  uint8_t has_shewhart;
+  struct drift_operating_point_t operating_point;
   /*
-   0 or 1.
+   0 or 1; here and below in the order of the core's table.
    */
   uint8_t has_cusum;
   /*
@@ -755,9 +799,9 @@ typedef struct drift_channel_t {
    */
   uint8_t has_sprt;
   /*
-   Instant.
+   0 or 1.
    */
-  struct drift_shewhart_t shewhart;
+  uint8_t has_shewhart;
   /*
    Cumulative.
    */
@@ -770,6 +814,10 @@ typedef struct drift_channel_t {
    Sequential.
    */
   struct drift_sprt_t sprt;
+  /*
+   Instant.
+   */
+  struct drift_shewhart_t shewhart;
 } drift_channel_t;
 
 /*
@@ -961,6 +1009,28 @@ drift_code_t drift_full_i32_init(struct drift_monitor_t *memory,
                                  const struct drift_config_t *config);
 
 /*
+ As drift_full_init, and a measured operating point, told by drift_operating_point: no tick counts before.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
+
+ # Safety
+ Pointers that are neither null nor misaligned point to memory of their type.
+ */
+drift_code_t drift_full_at_init(struct drift_monitor_t *memory,
+                                uint32_t words,
+                                const struct drift_config_t *config);
+
+/*
+ The same of counts, the operating point too.
+ Checks the configuration, copies it and starts the monitor in so many words of memory.
+
+ # Safety
+ Pointers that are neither null nor misaligned point to memory of their type.
+ */
+drift_code_t drift_full_at_i32_init(struct drift_monitor_t *memory,
+                                    uint32_t words,
+                                    const struct drift_config_t *config);
+
+/*
  One tick of the closed loop in engineering units; DRIFT_REPORT once per hop.
 
  # Safety
@@ -984,6 +1054,24 @@ drift_code_t drift_tick_i32(struct drift_monitor_t *monitor,
                             int32_t y,
                             int32_t u,
                             struct drift_report_t *report);
+
+/*
+ The operating point from the next tick on, for a monitor of drift_full_at_init; DRIFT_NOT_LINKED for others. Ticks
+ do not count before it is told, nor while it is not finite.
+
+ # Safety
+ As for drift_tick.
+ */
+drift_code_t drift_operating_point(struct drift_monitor_t *monitor,
+                                   float point);
+
+/*
+ The same in converter counts, for a monitor of drift_full_at_i32_init.
+
+ # Safety
+ As for drift_tick.
+ */
+drift_code_t drift_operating_point_i32(struct drift_monitor_t *monitor, int32_t point);
 
 /*
  One tick without a sample: DRIFT_MANUAL or DRIFT_MISSING.

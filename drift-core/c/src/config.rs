@@ -2,7 +2,7 @@
 
 use drift_core::{
     Baseline, Blanking, Channel, ChannelKind, Config, Cusum, Decision, Detectors, Ewma, Index, Memory,
-    Number, Saturation, Shewhart, Sprt,
+    Number, OperatingPoint, Saturation, Shewhart, Sprt,
 };
 
 use crate::codes::{self, DRIFT_BAD_CONFIG, drift_index_t, drift_kind_t};
@@ -10,7 +10,7 @@ use crate::codes::{self, DRIFT_BAD_CONFIG, drift_index_t, drift_kind_t};
 /// Channels of the largest kind.
 pub const DRIFT_CHANNELS: usize = 3;
 /// Bytes of a configuration.
-pub const DRIFT_CONFIG_BYTES: usize = 420;
+pub const DRIFT_CONFIG_BYTES: usize = 492;
 const _: () = assert!(size_of::<drift_config_t>() == DRIFT_CONFIG_BYTES);
 
 /// The healthy relation value = b0 + b1*x.
@@ -95,6 +95,24 @@ pub struct drift_memory_t {
     pub value: [f32; 3],
 }
 
+/// What a measured operating point adds to the relation; weight 0: nothing.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct drift_operating_point_t {
+    /// Value units per unit of the point.
+    pub weight: f32,
+    /// The point's mean while it was learnt.
+    pub mean: f32,
+    /// How the point went with x.
+    pub per_x: f32,
+    /// Its sum of squared deviations that x does not explain; 0: the weight is exactly known.
+    pub ss: f32,
+    /// Smallest point seen.
+    pub min: f32,
+    /// Largest point seen.
+    pub max: f32,
+}
+
 /// One residual channel.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -107,22 +125,24 @@ pub struct drift_channel_t {
     pub baseline: drift_baseline_t,
     /// What the windows before add to it.
     pub memory: drift_memory_t,
-    /// 0 or 1.
-    pub has_shewhart: u8,
-    /// 0 or 1.
+    /// What a measured operating point adds to it, in the kinds of drift_full_at_init.
+    pub operating_point: drift_operating_point_t,
+    /// 0 or 1; here and below in the order of the core's table.
     pub has_cusum: u8,
     /// 0 or 1.
     pub has_ewma: u8,
     /// 0 or 1.
     pub has_sprt: u8,
-    /// Instant.
-    pub shewhart: drift_shewhart_t,
+    /// 0 or 1.
+    pub has_shewhart: u8,
     /// Cumulative.
     pub cusum: drift_cusum_t,
     /// Weighted.
     pub ewma: drift_ewma_t,
     /// Sequential.
     pub sprt: drift_sprt_t,
+    /// Instant.
+    pub shewhart: drift_shewhart_t,
 }
 
 /// The configuration; `drift calibrate --c` writes it as an initialiser. A pair monitor uses the first channel.
@@ -258,10 +278,18 @@ impl drift_channel_t {
     fn convert(&self) -> Result<Channel, i32> {
         let b = &self.baseline;
         let (shewhart, cusum, sprt) = (&self.shewhart, &self.cusum, &self.sprt);
-        let m = &self.memory;
+        let (m, p) = (&self.memory, &self.operating_point);
         Ok(Channel {
             kind: self.kind()?,
             memory: Memory { order: m.order.min(255) as u8, x: m.x, value: m.value },
+            operating_point: OperatingPoint {
+                weight: p.weight,
+                mean: p.mean,
+                per_x: p.per_x,
+                ss: p.ss,
+                min: p.min,
+                max: p.max,
+            },
             baseline: Baseline {
                 b0: b.b0,
                 b1: b.b1,

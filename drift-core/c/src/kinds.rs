@@ -1,8 +1,8 @@
 //! The kinds of monitor: a row each. A kind's init is all that it adds to the functions of [`crate::monitor`].
 
 use drift_core::{
-    Blanks, Cusum, Everything, Excluded, Forgetful, Full, Iae, Options, Pair, Refitted, Shewhart, Smallest,
-    Tumbling,
+    Blanks, Cusum, Everything, Excluded, Forgetful, Full, FullAt, Iae, Monitor, Options, Pair, Refitted,
+    Shewhart, Smallest, Tumbling,
 };
 
 use crate::codes::drift_code_t;
@@ -150,9 +150,51 @@ pub unsafe extern "C" fn drift_full_i32_init(
     unsafe { FullI32Storage::init(memory, words, config) }
 }
 
+type FullAtStorage = Storage<f32, FullAt, Everything<DRIFT_BLOCKS>, 3>;
+/// 64-bit words of a monitor that drift_full_at_init starts.
+pub const DRIFT_FULL_AT_WORDS: usize = 280;
+const _: () = assert!(size_of::<FullAtStorage>() <= 8 * DRIFT_FULL_AT_WORDS);
+
+/// As drift_full_init, and a measured operating point, told by drift_operating_point: no tick counts before.
+/// Checks the configuration, copies it and starts the monitor in so many words of memory.
+///
+/// # Safety
+/// Pointers that are neither null nor misaligned point to memory of their type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn drift_full_at_init(
+    memory: *mut drift_monitor_t,
+    words: u32,
+    config: *const drift_config_t,
+) -> drift_code_t {
+    // SAFETY: the caller's promise.
+    unsafe { FullAtStorage::init(memory, words, config) }
+}
+
+type FullAtI32Storage = Storage<i32, FullAt, Everything<DRIFT_BLOCKS>, 3>;
+/// 64-bit words of a monitor that drift_full_at_i32_init starts.
+pub const DRIFT_FULL_AT_I32_WORDS: usize = 280;
+const _: () = assert!(size_of::<FullAtI32Storage>() <= 8 * DRIFT_FULL_AT_I32_WORDS);
+
+/// The same of counts, the operating point too.
+/// Checks the configuration, copies it and starts the monitor in so many words of memory.
+///
+/// # Safety
+/// Pointers that are neither null nor misaligned point to memory of their type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn drift_full_at_i32_init(
+    memory: *mut drift_monitor_t,
+    words: u32,
+    config: *const drift_config_t,
+) -> drift_code_t {
+    // SAFETY: the caller's promise.
+    unsafe { FullAtI32Storage::init(memory, words, config) }
+}
+
 /// No saved state of any kind is longer.
 pub const DRIFT_STATE_BYTES: usize = 1400;
 const _: () = assert!(
     drift_core::FullMonitor::<f32, DRIFT_BLOCKS>::STATE_BYTES <= DRIFT_STATE_BYTES
         && drift_core::FullMonitor::<i32, DRIFT_BLOCKS>::STATE_BYTES <= DRIFT_STATE_BYTES
+        && Monitor::<f32, FullAt, Everything<DRIFT_BLOCKS>, 3>::STATE_BYTES <= DRIFT_STATE_BYTES
+        && Monitor::<i32, FullAt, Everything<DRIFT_BLOCKS>, 3>::STATE_BYTES <= DRIFT_STATE_BYTES
 );

@@ -11,8 +11,8 @@ use drift_core::{Exclusions, IndexSet, Input, Monitor, Options};
 
 use crate::codes::{
     self, DRIFT_BAD_CONFIG, DRIFT_BUFFER_TOO_SMALL, DRIFT_MANUAL, DRIFT_MISALIGNED, DRIFT_MISSING,
-    DRIFT_NOT_INITIALISED, DRIFT_NULL, DRIFT_OK, DRIFT_OTHER_NUMBER, DRIFT_REPORT, drift_code_t,
-    drift_without_t,
+    DRIFT_NOT_INITIALISED, DRIFT_NOT_LINKED, DRIFT_NULL, DRIFT_OK, DRIFT_OTHER_NUMBER, DRIFT_REPORT,
+    drift_code_t, drift_without_t,
 };
 use crate::config::{Sample, drift_config_t};
 use crate::report::{ReportedIndices, drift_report_t};
@@ -31,6 +31,8 @@ struct Kind {
     tick_counts: unsafe fn(*mut Head, [i32; 3], *mut drift_report_t) -> i32,
     tick_without: unsafe fn(*mut Head, u32, *mut drift_report_t) -> i32,
     acknowledge: unsafe fn(*mut Head),
+    point: unsafe fn(*mut Head, [f32; 3]) -> i32,
+    point_counts: unsafe fn(*mut Head, [i32; 3]) -> i32,
     save: unsafe fn(*mut Head, *mut u8) -> i32,
     restore: unsafe fn(*mut Head, &[u8]) -> i32,
     state_bytes: u32,
@@ -77,6 +79,8 @@ where
         tick_counts: Self::tick_counts,
         tick_without: Self::tick_without,
         acknowledge: Self::acknowledge,
+        point: Self::point,
+        point_counts: Self::point_counts,
         save: Self::save,
         restore: Self::restore,
         state_bytes: Monitor::<N, S, O, C>::STATE_BYTES as u32,
@@ -166,6 +170,30 @@ where
         unsafe { Self::monitor(head) }.acknowledge();
     }
 
+    /// # Safety
+    /// As for [`Storage::monitor`].
+    unsafe fn hold(head: *mut Head, point: Option<[N; 3]>) -> i32 {
+        let Some([point, ..]) = point else { return DRIFT_OTHER_NUMBER };
+        // SAFETY: the caller's promise.
+        match unsafe { Self::monitor(head) }.operating_point_place() {
+            Some(place) => {
+                *place = point;
+                DRIFT_OK
+            }
+            None => DRIFT_NOT_LINKED,
+        }
+    }
+
+    unsafe fn point(head: *mut Head, point: [f32; 3]) -> i32 {
+        // SAFETY: the caller's promise.
+        unsafe { Self::hold(head, N::of_floats(point)) }
+    }
+
+    unsafe fn point_counts(head: *mut Head, point: [i32; 3]) -> i32 {
+        // SAFETY: the caller's promise.
+        unsafe { Self::hold(head, N::of_counts(point)) }
+    }
+
     /// `into` has room for the whole state.
     unsafe fn save(head: *mut Head, into: *mut u8) -> i32 {
         let bytes = Monitor::<N, S, O, C>::STATE_BYTES;
@@ -240,6 +268,30 @@ pub unsafe extern "C" fn drift_tick_i32(
     unsafe {
         opened(monitor).map_or_else(|code| code, |(head, kind)| (kind.tick_counts)(head, [r, y, u], report))
     }
+}
+
+/// The operating point from the next tick on, for a monitor of drift_full_at_init; DRIFT_NOT_LINKED for others. Ticks
+/// do not count before it is told, nor while it is not finite.
+///
+/// # Safety
+/// As for drift_tick.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn drift_operating_point(monitor: *mut drift_monitor_t, point: f32) -> drift_code_t {
+    // SAFETY: the caller's promise.
+    unsafe { opened(monitor).map_or_else(|code| code, |(head, kind)| (kind.point)(head, [point; 3])) }
+}
+
+/// The same in converter counts, for a monitor of drift_full_at_i32_init.
+///
+/// # Safety
+/// As for drift_tick.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn drift_operating_point_i32(
+    monitor: *mut drift_monitor_t,
+    point: i32,
+) -> drift_code_t {
+    // SAFETY: the caller's promise.
+    unsafe { opened(monitor).map_or_else(|code| code, |(head, kind)| (kind.point_counts)(head, [point; 3])) }
 }
 
 /// One tick without a sample: DRIFT_MANUAL or DRIFT_MISSING.

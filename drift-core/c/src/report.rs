@@ -1,8 +1,8 @@
 //! The report as C sees it.
 
 use drift_core::{
-    ChannelKind, ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, PairIndices, Report, Side,
-    TotalExcluded,
+    ChannelKind, ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, PairIndices,
+    Report, Side, TotalExcluded,
 };
 
 use crate::codes::{
@@ -11,7 +11,7 @@ use crate::codes::{
 use crate::config::DRIFT_CHANNELS;
 
 /// Bytes of a report.
-pub const DRIFT_REPORT_BYTES: usize = 292;
+pub const DRIFT_REPORT_BYTES: usize = 296;
 const _: () = assert!(size_of::<drift_report_t>() == DRIFT_REPORT_BYTES);
 
 /// One channel at one decision.
@@ -108,6 +108,8 @@ pub struct drift_report_t {
     pub motion_effort: f32,
     /// Mean of |dy|/dt.
     pub speed: f32,
+    /// Mean of the operating point, in the kinds of drift_full_at_init.
+    pub operating_point: f32,
     /// Ticks left out since the last decision, whatever the reason.
     pub left_out: u16,
     /// Of them, where the kind of monitor tells them apart: no sample.
@@ -154,6 +156,13 @@ impl ReportedIndices for Indices {
         (into.peak_u, into.peak_e) = (self.peak_u, self.peak_e);
         (into.reference_activity, into.motion_effort) = (self.reference_activity, self.motion_effort);
         into.speed = self.speed;
+    }
+}
+
+impl ReportedIndices for IndicesAt {
+    fn report(&self, into: &mut drift_report_t) {
+        self.indices.report(into);
+        into.operating_point = self.operating_point;
     }
 }
 
@@ -237,6 +246,7 @@ impl drift_report_t {
         reference_activity: f32::NAN,
         motion_effort: f32::NAN,
         speed: f32::NAN,
+        operating_point: f32::NAN,
         left_out: 0,
         missing: 0,
         non_finite: 0,

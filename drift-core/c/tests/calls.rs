@@ -222,3 +222,35 @@ fn random_calls_always_give_a_code() {
     }
     assert!(reports > calls / 300, "{reports} reports");
 }
+
+/// A quarter of u per unit of the point: told, u lies on the line; not told, no tick counts; other kinds refuse it.
+#[test]
+fn an_operating_point_is_told_apart_from_the_tick() {
+    let mut memory: [MaybeUninit<drift_monitor_t>; DRIFT_FULL_AT_WORDS] =
+        [MaybeUninit::new(drift_monitor_t { word: 0 }); DRIFT_FULL_AT_WORDS];
+    let monitor: *mut drift_monitor_t = memory.as_mut_ptr().cast();
+    let mut config = config();
+    config.channels[1].operating_point.weight = 0.25;
+    (config.channels[1].operating_point.min, config.channels[1].operating_point.max) = (-1.0, 10.0);
+    let mut report = report();
+    let mut window = |monitor, u: f32| {
+        (0..20).map(|_| unsafe { drift_tick(monitor, 1.0, 1.0, u, &mut report) }).for_each(drop);
+        report
+    };
+    unsafe {
+        let words = DRIFT_FULL_AT_WORDS as u32;
+        assert_eq!(drift_full_init(monitor, words, &config), DRIFT_NOT_LINKED);
+        assert_eq!(drift_full_at_init(monitor, words, &config), DRIFT_OK);
+        assert_eq!(window(monitor, 2.0).valid, 0);
+        assert_eq!(drift_operating_point(monitor, 8.0), DRIFT_OK);
+        let report = window(monitor, 2.0);
+        assert_eq!((report.valid, report.operating_point, report.channels[1].residual), (1, 8.0, 0.0));
+        assert_eq!(drift_operating_point_i32(monitor, 8), DRIFT_OTHER_NUMBER);
+        config.channels[1].operating_point.weight = 0.0;
+        assert_eq!(drift_full_init(monitor, words, &config), DRIFT_OK);
+        assert_eq!(drift_operating_point(monitor, 8.0), DRIFT_NOT_LINKED);
+        assert_eq!(drift_operating_point(std::ptr::null_mut(), 8.0), DRIFT_NULL);
+        assert_eq!(drift_full_at_i32_init(monitor, words, &config), DRIFT_OK);
+        assert_eq!(drift_operating_point_i32(monitor, 8), DRIFT_OK);
+    }
+}

@@ -67,6 +67,7 @@ impl Cusum {
 }
 
 impl Detector for Cusum {
+    const FIELDS: &'static [&'static str] = &["k", "h", "head_start"];
     type State = CusumState;
 
     fn start(&self) -> CusumState {

@@ -49,6 +49,7 @@ impl Ewma {
 }
 
 impl Detector for Ewma {
+    const FIELDS: &'static [&'static str] = &["lambda", "limit"];
     type State = EwmaState;
 
     fn start(&self) -> EwmaState {

@@ -37,6 +37,7 @@ impl Shewhart {
 }
 
 impl Detector for Shewhart {
+    const FIELDS: &'static [&'static str] = &["lower", "upper"];
     type State = ();
 
     fn start(&self) {}

@@ -82,6 +82,7 @@ impl Sprt {
 }
 
 impl Detector for Sprt {
+    const FIELDS: &'static [&'static str] = &["constant", "linear", "quadratic", "upper", "lower"];
     type State = SprtState;
 
     fn start(&self) -> SprtState {

@@ -3,6 +3,7 @@
 use crate::channel::{Channel, ChannelKind, ChannelReport};
 use crate::course::{COURSE_BYTES, Course, Curve, Decision, Verdict};
 use crate::detector::{Alarms, DetectorSet, DetectorState};
+use crate::index_set::Row;
 use crate::memory::MemoryKind;
 use crate::options::Options;
 use crate::store::{Reader, Writer};
@@ -53,13 +54,19 @@ impl<O: Options> ChannelState<O> {
     }
 
     /// One decision; x and value are in the report already, NaN where they are not known.
-    pub(super) fn judge(&mut self, decision: &Decision, channel: &Channel, out: &mut Out<O>) {
+    pub(super) fn judge<P: Row<f32>>(
+        &mut self,
+        decision: &Decision,
+        channel: &Channel,
+        point: &P,
+        out: &mut Out<O>,
+    ) {
         (out.residual, out.z) = (f32::NAN, f32::NAN);
         out.extrapolated = false;
         out.alarms = Alarms::NONE;
         out.verdict = self.course.verdict();
         if channel.baseline.learned() {
-            self.judge_residual(decision, channel, out);
+            self.judge_residual(decision, channel, point, out);
         }
         out.detectors = O::Detectors::shown(&self.detectors);
         out.side = self.course.side();
@@ -67,7 +74,13 @@ impl<O: Options> ChannelState<O> {
     }
 
     #[inline(always)]
-    fn judge_residual(&mut self, decision: &Decision, channel: &Channel, out: &mut Out<O>) {
+    fn judge_residual<P: Row<f32>>(
+        &mut self,
+        decision: &Decision,
+        channel: &Channel,
+        point: &P,
+        out: &mut Out<O>,
+    ) {
         let carried = O::Memory::carried(&channel.memory, &self.memory);
         // An index that is not known leaves a hole in the memory.
         if (out.x + out.value).is_finite() {
@@ -76,17 +89,29 @@ impl<O: Options> ChannelState<O> {
             O::Memory::forget(&mut self.memory);
         }
         let Some(carried) = carried else { return };
-        let value = if O::Memory::LINKED { out.value - carried } else { out.value };
-        let baseline = &channel.baseline;
+        let mut value = if O::Memory::LINKED { out.value - carried } else { out.value };
+        let (baseline, at) = (&channel.baseline, &channel.operating_point);
+        // A constant of the index set: without a point, nothing of this is linked.
+        let point = point.as_ref().first().filter(|_| at.counts());
+        let mut uncertain = 0.0;
+        if let Some(&point) = point {
+            value -= at.weight * point;
+            uncertain = at.leverage(out.x - baseline.x_mean, point);
+        }
         let residual = baseline.residual(out.x, value);
-        let z = if O::PREDICTION { baseline.standardise(out.x, residual) } else { residual / baseline.sigma };
+        let z = if O::PREDICTION {
+            baseline.standardise_with(out.x, residual, uncertain)
+        } else {
+            residual / baseline.sigma
+        };
         // A unit that makes an index overflow must not poison the detectors.
         if !z.is_finite() {
             return;
         }
         out.residual = residual;
         out.z = z;
-        out.extrapolated = out.x < baseline.x_min || out.x > baseline.x_max;
+        let beyond = point.is_some_and(|&point| point < at.min || point > at.max);
+        out.extrapolated = beyond || out.x < baseline.x_min || out.x > baseline.x_max;
         O::Detectors::update(&channel.detectors, &mut self.detectors, z, &mut out.alarms);
         out.verdict = self.course.update(decision, z, out.alarms.side(), out.x, value);
     }

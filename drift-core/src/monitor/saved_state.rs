@@ -20,6 +20,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         + FIXED_BYTES
         + S::SUMS * (N::SUM_BYTES + N::JOINED_BYTES)
         + size_of::<S::Peaks>()
+        + size_of::<S::Point>()
         + <<O::Window as WindowKind>::Blocks<S::Closed, S::Placed> as Blocks<S::Closed, S::Placed>>::BYTES
         + <S::Trace as Trace<N>>::BYTES
         + <<O::Blanking as BlankingKind>::State<N> as BlankingState<N>>::BYTES
@@ -60,6 +61,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             state.sums.as_ref().iter().for_each(|sum| N::write_sum(*sum, to));
             state.joined.as_ref().iter().for_each(|joined| N::write_joined(joined, to));
             state.peaks.as_ref().iter().for_each(|peak| to.u32(peak.to_word()));
+            state.point.as_ref().iter().for_each(|point| to.u32(point.to_word()));
             state.window.write(to);
             state.channels.iter().for_each(|channel| channel.write(to));
         })
@@ -109,6 +111,9 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             if peak.non_finite() {
                 return None;
             }
+        }
+        for point in state.point.as_mut() {
+            *point = N::from_word(from.u32()?);
         }
         state.window = Blocks::read(from)?;
         for (state, channel) in state.channels.iter_mut().zip(&self.config.channels) {

@@ -3,9 +3,9 @@
 
 use std::fmt::Write as _;
 
-use drift_core::{ChannelKind, Index};
+use drift_core::{ChannelKind, Detectors, Index};
 
-use super::{BaselineFile, ChannelEntry};
+use super::{BaselineFile, ChannelEntry, PointColumns};
 
 pub(super) fn write(file: &BaselineFile) -> String {
     let mut text = String::from(
@@ -17,6 +17,9 @@ pub(super) fn write(file: &BaselineFile) -> String {
     );
     // Writing into a String can't fail.
     let _ = config(&mut text, file);
+    if let Some(point) = &file.operating_point {
+        let _ = operating_point(&mut text, point);
+    }
     text.push_str("\n#endif\n");
     text
 }
@@ -49,28 +52,47 @@ fn config(text: &mut String, file: &BaselineFile) -> std::fmt::Result {
     writeln!(text, "    }}\n}};")
 }
 
+/// The monitor's number from the measured ones, for `drift_operating_point`.
+fn operating_point(text: &mut String, point: &PointColumns) -> std::fmt::Result {
+    let names: Vec<String> = (1..=point.columns.len()).map(|k| format!("x{k}")).collect();
+    let terms: Vec<String> = point
+        .scales
+        .iter()
+        .zip(&names)
+        .map(|(scale, name)| format!("{} * ({name})", float(*scale)))
+        .collect();
+    writeln!(text, "\n/* The operating point of a tick, for drift_operating_point(), from")?;
+    for (name, column) in names.iter().zip(&point.columns) {
+        writeln!(text, " *   {name}: {}", column.replace("*/", "* /").replace(['\n', '\r'], " "))?;
+    }
+    writeln!(text, " */")?;
+    writeln!(text, "#define DRIFT_OPERATING_POINT_OF({}) ({})", names.join(", "), terms.join(" + "))
+}
+
 fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
     let (b, d, m) = (&entry.channel.baseline, &entry.channel.detectors, &entry.channel.memory);
+    let p = &entry.channel.operating_point;
+    let point = [p.weight, p.mean, p.per_x, p.ss, p.min, p.max];
     let (kind, index) = names(entry.channel.kind);
-    let shewhart = d.shewhart.map_or([0.0; 2], |d| [d.lower, d.upper]);
-    let cusum = d.cusum.map_or([0.0; 3], |d| [d.k, d.h, d.head_start]);
-    let ewma = d.ewma.map_or([0.0; 2], |d| [d.lambda, d.limit]);
-    let sprt = d.sprt.map_or([0.0; 5], |d| [d.constant, d.linear, d.quadratic, d.upper, d.lower]);
     let baseline = [b.b0, b.b1, b.sigma, b.windows, b.x_mean, b.x_ss, b.x_min, b.x_max];
     let parts = [
         ("kind", kind.to_owned()),
         ("index", index.to_owned()),
         ("b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max", list(&baseline)),
         ("memory: order, x, value", format!("{{ {}u, {}, {} }}", m.order, list(&m.x), list(&m.value))),
-        ("has_shewhart", flag(d.shewhart.is_some())),
-        ("has_cusum", flag(d.cusum.is_some())),
-        ("has_ewma", flag(d.ewma.is_some())),
-        ("has_sprt", flag(d.sprt.is_some())),
-        ("shewhart: lower, upper", list(&shewhart)),
-        ("cusum: k, h, head_start", list(&cusum)),
-        ("ewma: lambda, limit", list(&ewma)),
-        ("sprt: constant, linear, quadratic, upper, lower", list(&sprt)),
+        ("operating_point: weight, mean, per_x, ss, min, max", list(&point)),
     ];
+    let mut parts: Vec<(String, String)> =
+        parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    let mut numbers = Vec::new();
+    for row in Detectors::ROWS {
+        let mut of = Vec::new();
+        let is_there = (row.numbers)(d, &mut |x| of.push(x));
+        of.resize(row.fields.len(), 0.0);
+        parts.push((format!("has_{}", row.name), flag(is_there)));
+        numbers.push((format!("{}: {}", row.name, row.fields.join(", ")), list(&of)));
+    }
+    parts.extend(numbers);
     writeln!(text, "        {{")?;
     parts.iter().try_for_each(|(name, value)| writeln!(text, "            /* {name} */ {value},"))?;
     writeln!(text, "        }},")

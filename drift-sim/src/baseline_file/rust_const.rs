@@ -1,8 +1,8 @@
 //! The configuration as Rust source, for a firmware that holds its baseline in flash.
 
-use drift_core::{Channel, ChannelKind, Cusum, Index};
+use drift_core::{Channel, ChannelKind, DetectorRow, Detectors, Index};
 
-use super::{BaselineFile, ChannelEntry};
+use super::{BaselineFile, ChannelEntry, PointColumns};
 
 pub(super) fn write(file: &BaselineFile) -> String {
     let (timing, samples, decision) = (&file.timing, &file.samples, &file.decision);
@@ -12,6 +12,7 @@ pub(super) fn write(file: &BaselineFile) -> String {
     let blanking = option(samples.blanking.as_ref(), |b| {
         format!("drift_core::Blanking {{ reference_step: {:?}, ticks: {} }}", b.reference_step, b.ticks)
     });
+    let point = file.operating_point.as_ref().map(operating_point).unwrap_or_default();
     let channels: String = file.channels.iter().map(channel).collect();
     format!(
         "/// The healthy loop's baseline, from `drift calibrate`.
@@ -29,7 +30,7 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {{
     channels: [
 {channels}    ],
 }};
-",
+{point}",
         timing.sample_time_s,
         timing.block_ticks,
         timing.window_blocks,
@@ -61,6 +62,7 @@ fn channel(entry: &ChannelEntry) -> String {
                 x_max: {:?},
             }},
             memory: {},
+            operating_point: {},
             detectors: drift_core::Detectors {{
 {}            }},
         }},
@@ -74,33 +76,23 @@ fn channel(entry: &ChannelEntry) -> String {
         b.x_min,
         b.x_max,
         memory(&entry.channel),
+        weight(&entry.channel),
         detectors(&entry.channel),
     )
 }
 
 fn detectors(channel: &Channel) -> String {
-    let d = &channel.detectors;
-    let shewhart = d.shewhart.map(|d| {
-        format!("shewhart: Some(drift_core::Shewhart {{ lower: {:?}, upper: {:?} }})", d.lower, d.upper)
-    });
-    let cusum = d.cusum.map(|d| {
-        let Cusum { k, h, head_start } = d;
-        format!("cusum: Some(drift_core::Cusum {{ k: {k:?}, h: {h:?}, head_start: {head_start:?} }})")
-    });
-    let ewma = d
-        .ewma
-        .map(|d| format!("ewma: Some(drift_core::Ewma {{ lambda: {:?}, limit: {:?} }})", d.lambda, d.limit));
-    let sprt = d.sprt.map(|d| {
-        format!(
-            "sprt: Some(drift_core::Sprt {{ constant: {:?}, linear: {:?}, quadratic: {:?}, upper: {:?}, lower: {:?} }})",
-            d.constant, d.linear, d.quadratic, d.upper, d.lower
-        )
-    });
-    let rest = Some("..drift_core::Detectors::NONE".to_owned());
-    let lines = [shewhart, cusum, ewma, sprt, rest].into_iter().flatten();
-    lines
-        .map(|line| format!("                {line}{}\n", if line.starts_with("..") { "" } else { "," }))
-        .collect()
+    let line = |row: &DetectorRow| {
+        let mut numbers = Vec::new();
+        (row.numbers)(&channel.detectors, &mut |x| numbers.push(x)).then(|| {
+            let pairs: Vec<String> =
+                row.fields.iter().zip(&numbers).map(|(name, x)| format!("{name}: {x:?}")).collect();
+            let (name, kind) = (row.name, row.type_name);
+            format!("                {name}: Some(drift_core::{kind} {{ {} }}),\n", pairs.join(", "))
+        })
+    };
+    let lines: String = Detectors::ROWS.iter().filter_map(line).collect();
+    lines + "                ..drift_core::Detectors::NONE\n"
 }
 
 fn memory(channel: &Channel) -> String {
@@ -109,6 +101,47 @@ fn memory(channel: &Channel) -> String {
         return "drift_core::Memory::NONE".to_owned();
     }
     format!("drift_core::Memory {{ order: {}, x: {:?}, value: {:?} }}", m.order, m.x, m.value)
+}
+
+fn weight(channel: &Channel) -> String {
+    let p = &channel.operating_point;
+    if !p.counts() {
+        return "drift_core::OperatingPoint::NONE".to_owned();
+    }
+    format!(
+        "drift_core::OperatingPoint {{
+                weight: {:?},
+                mean: {:?},
+                per_x: {:?},
+                ss: {:?},
+                min: {:?},
+                max: {:?},
+            }}",
+        p.weight, p.mean, p.per_x, p.ss, p.min, p.max
+    )
+}
+
+/// The monitor's number from the measured ones, for `tick_at` of a `drift_core::FullAt` monitor.
+fn operating_point(point: &PointColumns) -> String {
+    let names: Vec<String> = (1..=point.columns.len()).map(|k| format!("x{k}")).collect();
+    let lines: String = names
+        .iter()
+        .zip(&point.columns)
+        .map(|(name, column)| format!("/// * {name}: {}\n", column.replace(['\n', '\r'], " ")))
+        .collect();
+    let arguments: Vec<String> = names.iter().map(|name| format!("{name}: f32")).collect();
+    let terms: Vec<String> =
+        point.scales.iter().zip(&names).map(|(scale, name)| format!("{scale:?} * {name}")).collect();
+    format!(
+        "
+/// The operating point of a tick, for `tick_at` of a monitor with `drift_core::FullAt`, from
+{lines}pub const fn operating_point({}) -> f32 {{
+    {}
+}}
+",
+        arguments.join(", "),
+        terms.join(" + ")
+    )
 }
 
 fn kind(kind: ChannelKind) -> String {

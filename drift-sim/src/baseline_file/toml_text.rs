@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use drift_core::{ChannelKind, Index};
+use drift_core::{ChannelKind, Detectors, Index};
 
 use super::{BaselineFile, ChannelEntry, SCHEMA};
 
@@ -44,6 +44,12 @@ fn head(text: &mut String, file: &BaselineFile) -> std::fmt::Result {
         writeln!(text, "decisions = {:?}", promise.decisions)?;
         writeln!(text, "confidence = {:?}", promise.confidence)?;
     }
+    if let Some(point) = &file.operating_point {
+        let columns: Vec<String> = point.columns.iter().map(|c| string(c)).collect();
+        let scales: Vec<String> = point.scales.iter().map(|x| float(*x)).collect();
+        writeln!(text, "\n[operating_point]   # the monitor's number is the sum of scale*column")?;
+        writeln!(text, "columns = [{}]\nscales = [{}]", columns.join(", "), scales.join(", "))?;
+    }
     let files: Vec<String> = file.calibration.files.iter().map(|f| string(f)).collect();
     writeln!(text, "\n[calibration]\nfiles = [{}]", files.join(", "))?;
     writeln!(text, "windows = {}", file.calibration.windows)?;
@@ -78,23 +84,29 @@ fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
         writeln!(text, "\n[channel.memory]\norder = {}", m.order)?;
         writeln!(text, "x = [{}]\nvalue = [{}]", list(&m.x), list(&m.value))?;
     }
-    if *detectors != drift_core::Detectors::NONE {
+    if channel.operating_point.counts() {
+        let p = &channel.operating_point;
+        writeln!(text, "\n[channel.operating_point]")?;
+        let numbers = [
+            ("weight", p.weight),
+            ("mean", p.mean),
+            ("per_x", p.per_x),
+            ("ss", p.ss),
+            ("min", p.min),
+            ("max", p.max),
+        ];
+        numbers.iter().try_for_each(|(key, x)| writeln!(text, "{key} = {}", float(*x)))?;
+    }
+    if *detectors != Detectors::NONE {
         writeln!(text, "\n[channel.detectors]")?;
     }
-    if let Some(d) = &detectors.shewhart {
-        writeln!(text, "shewhart = {{ lower = {}, upper = {} }}", float(d.lower), float(d.upper))?;
-    }
-    if let Some(d) = &detectors.cusum {
-        let head_start = float(d.head_start);
-        writeln!(text, "cusum = {{ k = {}, h = {}, head_start = {head_start} }}", float(d.k), float(d.h))?;
-    }
-    if let Some(d) = &detectors.ewma {
-        writeln!(text, "ewma = {{ lambda = {}, limit = {} }}", float(d.lambda), float(d.limit))?;
-    }
-    if let Some(d) = &detectors.sprt {
-        let (constant, linear, quadratic) = (float(d.constant), float(d.linear), float(d.quadratic));
-        write!(text, "sprt = {{ constant = {constant}, linear = {linear}, quadratic = {quadratic}, ")?;
-        writeln!(text, "upper = {}, lower = {} }}", float(d.upper), float(d.lower))?;
+    for row in Detectors::ROWS {
+        let mut numbers = Vec::new();
+        if (row.numbers)(detectors, &mut |x| numbers.push(float(x))) {
+            let pairs: Vec<String> =
+                row.fields.iter().zip(&numbers).map(|(name, x)| format!("{name} = {x}")).collect();
+            writeln!(text, "{} = {{ {} }}", row.name, pairs.join(", "))?;
+        }
     }
     if let Some(s) = &entry.statistics {
         writeln!(text, "\n[channel.statistics]\nn = {}\nn_effective = {:?}", s.n, s.n_effective)?;

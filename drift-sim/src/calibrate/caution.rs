@@ -34,7 +34,7 @@ const LEAST_WORTH: f64 = 25.0;
 
 /// How wrong a baseline may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Margin {
+pub(crate) struct Margin {
     /// The mean, sigmas, in either direction.
     pub mean: f64,
     /// The true sigma over the found one.

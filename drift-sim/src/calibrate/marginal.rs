@@ -17,7 +17,7 @@ const FARTHEST: f64 = 8.0;
 
 /// The law of a residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Marginal {
+pub(crate) struct Marginal {
     pub c: [f64; 4],
     /// Between these the cubic holds.
     range: [f64; 2],

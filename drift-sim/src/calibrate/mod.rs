@@ -2,7 +2,7 @@
 //! alarms of the whole monitor.
 //!
 //! 1. [`timing`]: window and hop. drift-core's own monitor turns the recordings into windows ([`WindowRow`]).
-//! 2. `memory`: how far back the effort channel's relation reaches. [`regression`]: each channel's line. [`autocorrelation`]: how many independent windows they are worth.
+//! 2. `relation`: how far back the effort channel's relation reaches, and what a measured operating point adds. [`regression`]: each channel's line. [`autocorrelation`]: how many independent windows they are worth.
 //! 3. The standardised residuals of all channels become one random process (skewed and heavy-tailed marginals, autoregressive,
 //!    correlated channels); thresholds are simulated on it with the real detectors.
 //! 4. `caution`: the thresholds are made for a loop that is worse than the one found by margins that fall with the number of windows, so
@@ -27,12 +27,14 @@
 
 pub mod autocorrelation;
 mod caution;
+pub(crate) mod detector;
 mod marginal;
-mod memory;
+mod operating_point;
 mod page;
 mod process;
 mod promise;
 pub mod regression;
+mod relation;
 mod run_length;
 mod summary;
 mod thresholds;
@@ -40,20 +42,26 @@ pub mod timing;
 mod warnings;
 mod windows;
 
-use drift_core::{Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Memory, Saturation};
+use drift_core::{
+    Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Memory, OperatingPoint, Saturation,
+};
 
 use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samples, Statistics, Timing};
 use crate::recording::{Recording, RowState};
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
+pub use detector::DetectorChoice;
 pub use promise::Cost;
 use regression::Fit;
-pub use thresholds::DetectorChoice;
+use relation::Relation;
 pub use warnings::FEW_WINDOWS;
 pub use windows::WindowRow;
 
 /// Fewer windows are refused: a standard deviation of so few means nothing. It is drift-core's own bound.
 pub const LEAST_WINDOWS: usize = drift_core::Commissioning::<1>::LEAST_WINDOWS as usize;
+
+/// The effort channel's place.
+const EFFORT: usize = 1;
 
 /// A healthy recording; slices of one length.
 #[derive(Debug, Clone, Copy)]
@@ -70,6 +78,8 @@ pub struct Signals<'a> {
     pub u: &'a [f64],
     /// Which samples count; all of them if there is none.
     pub state: Option<&'a [RowState]>,
+    /// Further columns by name, as long as `y`: those of the operating point are among them.
+    pub further: &'a [(String, Vec<f64>)],
 }
 
 impl<'a> From<&'a Recording> for Signals<'a> {
@@ -81,6 +91,7 @@ impl<'a> From<&'a Recording> for Signals<'a> {
             y: &of.y,
             u: &of.u,
             state: Some(&of.state),
+            further: &of.extra,
         }
     }
 }
@@ -115,10 +126,14 @@ pub struct Options {
     /// Windows that the effort channel remembers, 0 to 3; chosen by validation if there is none. The motion's effort
     /// remembers none.
     pub effort_memory: Option<u8>,
+    /// Measured columns that the effort depends on besides y, up to three.
+    pub operating_point: Vec<String>,
     /// What watches each channel.
     pub detectors: DetectorChoice,
     /// The CUSUM's reference value, half the shift to be found, sigmas; the SPRT's alternative is twice it.
     pub k: f64,
+    /// The EWMA's weight of the newest residual; 0.1 is for shifts of about one sigma (Lucas & Saccucci 1990).
+    pub lambda: f64,
     /// Limits of u: `[lower, upper]`.
     pub saturation: Option<[f64; 2]>,
     /// A step of r beyond the first number blanks the second, s.
@@ -140,8 +155,10 @@ impl Default for Options {
             channels: [true; 3],
             effort: Effort::Holding,
             effort_memory: None,
-            detectors: DetectorChoice { shewhart: true, cusum: true, sprt: false },
+            operating_point: Vec::new(),
+            detectors: DetectorChoice::default(),
             k: 0.5,
+            lambda: 0.1,
             saturation: None,
             blanking: None,
             confirm_hops: Decision::DEFAULT.confirm_hops,
@@ -162,16 +179,19 @@ impl Options {
         if !(0.1..=2.0).contains(&self.k) {
             return Err(Error::new(format!("k is {}", self.k)).allowed("0.1 to 2 sigmas"));
         }
+        if !(0.02..=1.0).contains(&self.lambda) {
+            return Err(Error::new(format!("lambda is {}", self.lambda)).allowed("0.02 to 1"));
+        }
         if let Some(order) = self.effort_memory.filter(|&order| usize::from(order) > Memory::MOST) {
             return Err(Error::new(format!("a memory of {order} windows")).allowed("0 to 3"));
         }
         if self.detectors.count() == 0 {
-            return Err(Error::new("no detector").allowed("shewhart, cusum, sprt, or several"));
+            return Err(Error::new("no detector").allowed(Detectors::NAMES.join(", ")));
         }
         if !self.channels.contains(&true) {
             return Err(Error::new("no channel").allowed("energy_error, effort, activity, or several"));
         }
-        Ok(())
+        operating_point::check(&self.operating_point, self.channels[1])
     }
 }
 
@@ -184,6 +204,8 @@ pub struct ChannelFit {
     pub fit: Fit,
     /// What the windows before contribute.
     pub memory: Memory,
+    /// What the measured operating point contributes.
+    pub operating_point: OperatingPoint,
     /// The residuals' integrated autocorrelation time, windows; 1 if independent.
     pub integrated_time: f64,
     /// Independent windows that they are worth.
@@ -229,7 +251,7 @@ pub fn calibrate(recordings: &[Signals<'_>], options: &Options) -> Result<Calibr
     let timing = timing::choose(recordings, options)?;
     let names = recordings.iter().map(|r| r.name.to_owned()).collect();
     let file = unlearned(names, options, timing.timing)?;
-    let windows = windows::collect(recordings, &file)?;
+    let windows = windows::collect(recordings, &file, &options.operating_point)?;
     from_windows(windows, file, timing, options)
 }
 
@@ -260,28 +282,43 @@ fn from_windows(
     }
     let overlap = usize::from(file.timing.window_blocks).div_ceil(usize::from(file.timing.hop_blocks));
     let (mut channels, mut without_x) = (Vec::new(), Vec::new());
-    let memories = [0, 1, 2].map(|position: usize| {
-        let remembers =
-            options.channels[position] && file.channels[position].channel.kind == ChannelKind::Effort;
-        if remembers {
-            memory::choose(&windows, position, overlap, options.effort_memory)
-        } else {
-            Memory::NONE
+    operating_point::check_variation(&windows, &options.operating_point)?;
+    let relations = [0, 1, 2].map(|position: usize| match (options.channels[position], position) {
+        (true, EFFORT) => {
+            let remembers = file.channels[position].channel.kind == ChannelKind::Effort;
+            let asked = if remembers { options.effort_memory } else { Some(0) };
+            relation::choose(&windows, position, options.operating_point.len(), overlap, asked)
         }
+        _ => Relation::default(),
     });
     // A window without others before it is not judged by a channel that remembers: it teaches no channel.
-    let order = memories.iter().map(|m| usize::from(m.order)).max().unwrap_or(0);
-    let judged = memory::judged(&windows, order);
-    let carried = [0, 1, 2].map(|position: usize| {
-        let at = |&place: &usize| memory::carried(&windows, position, &memories[position], place);
+    let order = relations.iter().map(|r| usize::from(r.memory.order)).max().unwrap_or(0);
+    let judged = relation::judged(&windows, order);
+    let added = [0, 1, 2].map(|position: usize| {
+        let at = |&place: &usize| relations[position].added(&windows, position, place);
         judged.iter().map(at).collect::<Vec<f64>>()
     });
+    let between = relation::between_recordings(&windows, EFFORT, &relations[EFFORT]);
     let windows = windows.only(&judged);
     for position in (0..3).filter(|&p| options.channels[p]) {
         let kind = file.channels[position].channel.kind;
-        let remembered = (memories[position], carried[position].as_slice());
-        let channel = fit_channel(&windows, position, kind, overlap, remembered)?;
-        if channel.fit.has_slope { channels.push(channel) } else { without_x.push(kind) }
+        let relation = &relations[position];
+        let mut channel = fit_channel(&windows, position, kind, overlap, (relation, &added[position]))?;
+        if position == EFFORT
+            && let Some(residuals) = &between
+        {
+            channel.take_residuals(residuals.clone(), &windows, overlap);
+        }
+        let worth = channel.n_effective / channel.fit.n as f64;
+        let fitted = (&channel.fit, position, worth);
+        if let Some((columns, known)) =
+            operating_point::combine(&windows, &options.operating_point, relation, fitted)
+        {
+            channel.operating_point = known;
+            file.operating_point = Some(columns);
+        }
+        let has_x = channel.fit.has_slope || channel.operating_point.counts();
+        if has_x { channels.push(channel) } else { without_x.push(kind) }
     }
     if channels.is_empty() {
         return Err(Error::new("x does not vary in any channel: there is no line to judge by")
@@ -351,6 +388,7 @@ fn unlearned(files: Vec<String>, options: &Options, timing: Timing) -> Result<Ba
         },
         decision: Decision { confirm_hops: options.confirm_hops, ..Decision::DEFAULT },
         promise: None,
+        operating_point: None,
         calibration: Provenance { files, windows: 0, effective_windows: 0.0 },
         channels: kinds.map(ChannelEntry::unlearned),
     };
@@ -363,15 +401,15 @@ fn fit_channel(
     position: usize,
     kind: ChannelKind,
     overlap: usize,
-    (memory, carried): (Memory, &[f64]),
+    (relation, added): (&Relation, &[f64]),
 ) -> Result<ChannelFit> {
     let x: Vec<f64> = windows.rows.iter().map(|w| f64::from(w.x[position])).collect();
     let value: Vec<f64> =
-        windows.rows.iter().zip(carried).map(|(w, carried)| f64::from(w.value[position]) - carried).collect();
+        windows.rows.iter().zip(added).map(|(w, added)| f64::from(w.value[position]) - added).collect();
     let reach = if overlap > 1 { 2 * overlap } else { 0 };
     let mut fit = regression::fit(&x, &value, reach)?;
-    // The memory's coefficients were fitted to the same windows.
-    let spent = 2.0 * f64::from(memory.order);
+    // The relation's further coefficients were fitted to the same windows.
+    let spent = relation.coefficients() as f64;
     let freedom = fit.n as f64 - 2.0;
     if freedom > spent {
         fit.rmse *= (freedom / (freedom - spent)).sqrt();
@@ -384,24 +422,20 @@ fn fit_channel(
         ))
         .allowed("--channels without it"));
     }
-    let stretches: Vec<&[f64]> =
-        windows.stretches.iter().filter_map(|r| fit.residuals.get(r.clone())).collect();
-    let most = longest_lag(fit.n, overlap);
-    let covariances = autocovariances(&stretches, most);
-    let integrated_time = integrated_time(&covariances);
-    let variance = covariances.first().copied().unwrap_or(1.0);
-    let third = fit.residuals.iter().map(|e| e * e * e).sum::<f64>() / fit.n as f64;
-    Ok(ChannelFit {
+    let mut channel = ChannelFit {
         kind,
-        integrated_time,
-        n_for_variance: size_for_variance(fit.n, &covariances),
-        n_effective: effective_size(fit.n, integrated_time),
-        lag1: covariances.get(1).map_or(0.0, |c| c / variance),
-        skewness: third / variance.powf(1.5),
+        integrated_time: 1.0,
+        n_for_variance: fit.n as f64,
+        n_effective: fit.n as f64,
+        lag1: 0.0,
+        skewness: 0.0,
         detectors: Detectors::NONE,
-        memory,
+        memory: relation.memory,
+        operating_point: OperatingPoint::NONE,
         fit,
-    })
+    };
+    channel.describe_residuals(windows, overlap);
+    Ok(channel)
 }
 
 fn longest_lag(n: usize, overlap: usize) -> usize {
@@ -426,6 +460,29 @@ fn finish(file: &mut BaselineFile, channels: &[ChannelFit], options: &Options, n
 }
 
 impl ChannelFit {
+    /// Takes residuals that another prediction left in place of the line's own.
+    fn take_residuals(&mut self, residuals: Vec<f64>, windows: &windows::Windows, overlap: usize) {
+        let squares: f64 = residuals.iter().map(|e| e * e).sum();
+        self.fit.rmse = (squares / residuals.len() as f64).sqrt();
+        self.fit.residuals = residuals;
+        self.describe_residuals(windows, overlap);
+    }
+
+    /// Correlation, worth and skewness of the residuals.
+    fn describe_residuals(&mut self, windows: &windows::Windows, overlap: usize) {
+        let fit = &self.fit;
+        let stretches: Vec<&[f64]> =
+            windows.stretches.iter().filter_map(|r| fit.residuals.get(r.clone())).collect();
+        let covariances = autocovariances(&stretches, longest_lag(fit.n, overlap));
+        let variance = covariances.first().copied().unwrap_or(1.0);
+        let third = fit.residuals.iter().map(|e| e * e * e).sum::<f64>() / fit.n as f64;
+        self.integrated_time = integrated_time(&covariances);
+        self.n_for_variance = size_for_variance(fit.n, &covariances);
+        self.n_effective = effective_size(fit.n, self.integrated_time);
+        self.lag1 = covariances.get(1).map_or(0.0, |c| c / variance);
+        self.skewness = third / variance.powf(1.5);
+    }
+
     /// As the baseline file has it: numbers in f32.
     pub fn entry(&self) -> ChannelEntry {
         let fit = &self.fit;
@@ -452,7 +509,11 @@ impl ChannelFit {
             lag1: self.lag1,
             skewness: self.skewness,
         };
-        let channel = Channel { memory: self.memory, ..Channel::new(self.kind, baseline, self.detectors) };
+        let channel = Channel {
+            memory: self.memory,
+            operating_point: self.operating_point,
+            ..Channel::new(self.kind, baseline, self.detectors)
+        };
         ChannelEntry { channel, statistics: Some(statistics) }
     }
 }

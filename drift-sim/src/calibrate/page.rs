@@ -3,6 +3,7 @@
 
 use drift_core::Channel;
 
+use super::detector;
 use super::{Calibration, ChannelFit, Signals};
 use crate::plot::{Colour, Figure, Layer, Marker, Panel};
 use crate::recording::ColumnMap;
@@ -138,18 +139,15 @@ impl Calibration {
     }
 
     fn thresholds(&self) -> Section {
-        let none = || "\u{2013}".to_owned();
         let row = |c: &ChannelFit| {
-            let d = &c.detectors;
-            vec![
-                c.kind.name().replace('_', " "),
-                d.shewhart.map_or_else(none, |s| interval([s.lower.into(), s.upper.into()])),
-                d.cusum.map_or_else(none, |c| format!("k {} h {}", number(c.k.into()), number(c.h.into()))),
-                d.sprt.map_or_else(none, |s| interval([s.lower.into(), s.upper.into()])),
-            ]
+            let none = || "\u{2013}".to_owned();
+            let thresholds =
+                detector::ROWS.iter().map(|row| row.thresholds(&c.detectors).unwrap_or_else(none));
+            std::iter::once(c.kind.name().replace('_', " ")).chain(thresholds).collect()
         };
         let rows = self.channels.iter().map(row).collect();
-        let mut blocks = vec![Block::table(["channel", "Shewhart, sigmas", "CUSUM, sigmas", "SPRT"], rows)];
+        let [a, b, c, d] = detector::ROWS.map(detector::Designed::spoken);
+        let mut blocks = vec![Block::table(["channel", a, b, c, d], rows)];
         if let Some(promise) = &self.file.promise {
             blocks.push(Block::Text(format!(
                 "One false alarm per {} h is one in {} decisions, of all channels and detectors together. A shift of one sigma in \

@@ -16,7 +16,7 @@ const LAGS: usize = 200;
 
 /// One channel of the process.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct ChannelProcess {
+pub(crate) struct ChannelProcess {
     pub marginal: Marginal,
     pub memory: Autoregression,
     pub long_run_variance: f64,

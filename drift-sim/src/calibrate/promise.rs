@@ -3,7 +3,7 @@
 
 use drift_core::Detectors;
 
-use super::{ChannelFit, Options, caution, process, run_length, thresholds, windows};
+use super::{ChannelFit, Options, caution, detector, process, thresholds, windows};
 use crate::baseline_file::BaselineFile;
 use crate::{Error, Result};
 
@@ -12,8 +12,8 @@ use crate::{Error, Result};
 pub struct Cost {
     /// Run length that the thresholds were made for, over the promised one.
     pub run_length_factor: f64,
-    /// Mean delay (decisions) to a shift of one sigma in one channel, by that channel's CUSUM, or Shewhart limits if there
-    /// is none; mean over the channels.
+    /// Mean delay (decisions) to a shift of one sigma in one channel, by the first of that channel's CUSUM, EWMA, SPRT and
+    /// Shewhart limits; mean over the channels.
     pub delay: f64,
     /// The same with thresholds for exactly the promised run length, as exact knowledge of the healthy loop would allow.
     pub delay_exact: f64,
@@ -51,10 +51,12 @@ pub(super) fn set_thresholds(
     let worth = channels.iter().map(|c| c.n_for_variance).fold(n as f64, f64::min);
     let process = process::Process::fit(&columns, &windows.stretches, memory(n, overlap), worth);
     let (choice, k) = (options.detectors, options.k);
+    let tuning = detector::Tuning { k, lambda: options.lambda };
     let caution = caution::Caution::new(worth, options.confidence);
     let designed = decisions * caution.run_length_factor();
     let margins: Vec<caution::Margin> = channels.iter().map(|c| caution.margin(k, c.n_effective)).collect();
-    let simulated = thresholds::Simulated::new(&process, choice, k, options.simulated_decisions, &margins);
+    let simulated =
+        thresholds::Simulated::new(&process, choice, tuning, options.simulated_decisions, &margins);
     let detectors = simulated.detectors(designed);
     let exact = simulated.exact(decisions);
     for (channel, detectors) in channels.iter_mut().zip(&detectors) {
@@ -74,23 +76,8 @@ pub(super) fn decisions(options: &Options, file: &BaselineFile) -> f64 {
 
 /// Mean decisions to a shift of one sigma in one channel, mean over channels.
 fn mean_delay(process: &process::Process, detectors: &[Detectors]) -> f64 {
-    let one = |(law, d): (&process::ChannelProcess, &Detectors)| {
-        let chart = d.cusum.map(|c| (f64::from(c.k), f64::from(c.h)));
-        // A mean SPRT's log-likelihood is its alternative (twice k) times a CUSUM's sum.
-        let chart =
-            chart.or(d.sprt.map(|s| (0.5 * f64::from(s.linear), f64::from(s.upper) / f64::from(s.linear))));
-        match (chart, d.shewhart) {
-            (Some((k, h)), _) => {
-                let side = run_length::OneSide { k, h };
-                run_length::cusum(side, 1.0, law.long_run_variance, law.marginal.third_cumulant())
-            }
-            (None, Some(s)) => {
-                let beyond = law.marginal.above(f64::from(s.upper) - 1.0)
-                    + law.marginal.below(f64::from(s.lower) - 1.0);
-                1.0 / beyond
-            }
-            (None, None) => f64::NAN,
-        }
+    let one = |(law, detectors): (&process::ChannelProcess, &Detectors)| {
+        detector::ROWS.iter().find_map(|row| row.delay(detectors, law)).unwrap_or(f64::NAN)
     };
     let delays: Vec<f64> = process.channels.iter().zip(detectors).map(one).collect();
     delays.iter().sum::<f64>() / delays.len() as f64

@@ -6,6 +6,7 @@ use drift_core::Detectors;
 use serde_json::{Value, json};
 
 use super::Calibration;
+use super::detector::{self, Designed};
 
 impl Calibration {
     /// One screen of text.
@@ -58,6 +59,15 @@ impl Calibration {
                 100.0 * channel.memory.visible(),
             )?;
         }
+        let effort = self.channels.iter().find(|c| c.operating_point.counts());
+        if let Some((channel, point)) = effort.zip(self.file.operating_point.as_ref()) {
+            let weight = f64::from(channel.operating_point.weight);
+            let per = |(scale, name): (&f32, &String)| {
+                format!("{} per unit of {name}", number(weight * f64::from(*scale)))
+            };
+            let terms: Vec<String> = point.scales.iter().zip(&point.columns).map(per).collect();
+            writeln!(text, "{} goes with the operating point: {}", channel.kind.name(), terms.join(", "))?;
+        }
         writeln!(text, "\n{:13} alarms in sigmas", "channel")?;
         for channel in &self.channels {
             writeln!(text, "{:13} {}", channel.kind.name(), thresholds(&channel.detectors))?;
@@ -105,6 +115,7 @@ impl Calibration {
                     "n": fit.n, "n_effective": c.n_effective, "integrated_time": c.integrated_time,
                     "lag1": c.lag1, "skewness": c.skewness,
                     "memory": c.memory, "visible": c.memory.visible(),
+                    "operating_point": c.operating_point,
                     "detectors": c.detectors,
                 })
             })
@@ -119,6 +130,7 @@ impl Calibration {
             "calibration": self.file.calibration,
             "invalid_windows": self.invalid_windows,
             "promise": self.file.promise,
+            "operating_point": self.file.operating_point,
             "cost": {
                 "run_length_factor": self.cost.run_length_factor,
                 "delay_decisions": self.cost.delay,
@@ -131,17 +143,8 @@ impl Calibration {
 }
 
 fn thresholds(of: &Detectors) -> String {
-    let mut parts = Vec::new();
-    if let Some(d) = &of.shewhart {
-        parts.push(format!("shewhart below {:.2} or above {:.2}", d.lower, d.upper));
-    }
-    if let Some(d) = &of.cusum {
-        parts.push(format!("cusum k {} h {:.2}", d.k, d.h));
-    }
-    if let Some(d) = &of.sprt {
-        parts.push(format!("sprt upper {:.2} lower {:.2}", d.upper, d.lower));
-    }
-    parts.join(", ")
+    let row = |row: &&dyn Designed| Some(format!("{} {}", row.name(), row.thresholds(of)?));
+    detector::ROWS.iter().filter_map(row).collect::<Vec<_>>().join(", ")
 }
 
 fn interval([low, high]: [f64; 2]) -> String {

@@ -1,18 +1,17 @@
 //! Thresholds for a wanted mean run length between false alarms of the whole monitor: any detector of any channel counts.
 //!
 //! Every detector gets the same share of the false alarms. Shewhart limits come from the [`super::marginal::Marginal`]'s tails, half
-//! the share on each side. CUSUM and SPRT thresholds come from one long simulation of the process: the maxima of a statistic between
+//! the share on each side. The other thresholds come from one long simulation of the process: the maxima of a statistic between
 //! two visits to its restart give its alarm rate at every threshold at once; their tail is exponential, which is used to smooth
 //! it and, for rates that the simulation does not reach, to extrapolate it. At last the shares are scaled until
 //! the real detectors together have the wanted run length on the simulated residuals, since alarms that coincide
 //! count once. That scale is found at up to [`JOINT`] decisions and kept beyond.
 
-use drift_core::{
-    Cusum, CusumState, Detector, DetectorState, DetectorStates, Detectors, Shewhart, Sprt, SprtState,
-};
+use drift_core::{DetectorStates, Detectors};
 use rayon::prelude::*;
 
 use super::caution::Margin;
+use super::detector::{Designed, DetectorChoice, Threshold, Tuning};
 use super::marginal;
 use super::process::{Process, Series};
 
@@ -20,27 +19,6 @@ use super::process::{Process, Series};
 const JOINT: f64 = 1000.0;
 /// Seed of the simulation; any would do.
 const SEED: u64 = 0x6472_6966_7401;
-/// Log odds at which an SPRT restarts: 1 to 100.
-const SPRT_LOWER: f64 = -4.605_170_185_988_091;
-
-/// Which detectors watch each channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DetectorChoice {
-    /// A limit on each single residual (Shewhart): fast for large shifts.
-    pub shewhart: bool,
-    /// A two-sided CUSUM: for small shifts that stay.
-    pub cusum: bool,
-    /// A repeated sequential probability ratio test.
-    pub sprt: bool,
-}
-
-impl DetectorChoice {
-    /// How many of them.
-    pub fn count(self) -> usize {
-        usize::from(self.shewhart) + usize::from(self.cusum) + usize::from(self.sprt)
-    }
-}
-
 /// The alarm rate of one statistic at every threshold.
 #[derive(Debug)]
 struct Excursions {
@@ -74,7 +52,7 @@ impl Excursions {
 pub(super) struct Simulated<'p> {
     process: &'p Process,
     choice: DetectorChoice,
-    k: f64,
+    tuning: Tuning,
     series: Vec<Series>,
     exact: Watched,
     cautious: Watched,
@@ -84,19 +62,16 @@ pub(super) struct Simulated<'p> {
 #[derive(Debug)]
 struct Watched {
     margins: Vec<Margin>,
-    cusum: Vec<Excursions>,
-    sprt: Vec<Excursions>,
+    /// Of each detector that is chosen, each channel's; none for one whose limits are the law's own.
+    excursions: Vec<Vec<Option<Excursions>>>,
 }
-
-/// Maxima of a statistic between its restarts.
-type Maxima = fn(f64, Margin, &[f64]) -> Vec<f32>;
 
 impl<'p> Simulated<'p> {
     /// `margins`: how wrong each channel's baseline may be.
     pub(super) fn new(
         process: &'p Process,
         choice: DetectorChoice,
-        k: f64,
+        tuning: Tuning,
         decisions: usize,
         margins: &[Margin],
     ) -> Self {
@@ -104,21 +79,21 @@ impl<'p> Simulated<'p> {
         let each = decisions.div_ceil(stretches);
         let series = process.simulate_many(stretches, each, SEED);
         let total = stretches * each;
-        let gather = |of: &(dyn Fn(&[f64]) -> Vec<f32> + Sync), c: usize| -> Excursions {
-            let maxima: Vec<Vec<f32>> = series.par_iter().map(|s| of(&s[c])).collect();
-            Excursions::new(maxima.concat(), total)
-        };
-        let of_all = |maxima: Maxima, margins: &[Margin]| -> Vec<Excursions> {
-            margins.iter().enumerate().map(|(c, m)| gather(&|z| maxima(k, *m, z), c)).collect()
+        let of_channel = |row: &dyn Designed, (c, margin): (usize, &Margin)| -> Option<Excursions> {
+            let maxima: Option<Vec<Vec<f32>>> =
+                series.par_iter().map(|s| row.maxima(tuning, *margin, &s[c])).collect();
+            maxima.map(|maxima| Excursions::new(maxima.concat(), total))
         };
         let watched_with = |margins: &[Margin]| Watched {
             margins: margins.to_vec(),
-            cusum: if choice.cusum { of_all(cusum_maxima, margins) } else { Vec::new() },
-            sprt: if choice.sprt { of_all(sprt_maxima, margins) } else { Vec::new() },
+            excursions: choice
+                .rows()
+                .map(|row| margins.iter().enumerate().map(|c| of_channel(row, c)).collect())
+                .collect(),
         };
         let exact = watched_with(&vec![Margin::NONE; process.channels.len()]);
         let cautious = watched_with(margins);
-        Self { process, choice, k, series, exact, cautious }
+        Self { process, choice, tuning, series, exact, cautious }
     }
 
     /// Detectors of every channel with this mean run length (decisions) between false alarms of all together,
@@ -146,17 +121,16 @@ impl<'p> Simulated<'p> {
         let count = self.process.channels.len() * self.choice.count();
         let rate = total / count.max(1) as f64;
         let limit = marginal::exceeded_with(0.5 * rate.min(0.5));
-        let of = |c: usize| Detectors {
-            shewhart: self.choice.shewhart.then(|| {
-                let (law, margin) = (&self.process.channels[c].marginal, watched.margins[c]);
-                // A limit lies on its own side, however skewed the law.
-                let lower = margin.apart(law.at(-limit), -limit).min(-1e-3);
-                let upper = margin.apart(law.at(limit), limit).max(1e-3);
-                Shewhart { lower: lower as f32, upper: upper as f32 }
-            }),
-            cusum: watched.cusum.get(c).map(|e| Cusum::new(self.k as f32, e.threshold(rate) as f32)),
-            sprt: watched.sprt.get(c).map(|e| sprt(self.k, e.threshold(rate) as f32)),
-            ..Detectors::NONE
+        let of = |c: usize| {
+            let mut detectors = Detectors::NONE;
+            for (row, excursions) in self.choice.rows().zip(&watched.excursions) {
+                let at = match excursions.get(c).and_then(Option::as_ref) {
+                    Some(excursions) => Threshold::Exceeded(excursions.threshold(rate)),
+                    None => Threshold::Score(limit, &self.process.channels[c], watched.margins[c]),
+                };
+                row.place(&mut detectors, self.tuning, at);
+            }
+            detectors
         };
         (0..self.process.channels.len()).map(of).collect()
     }
@@ -167,10 +141,6 @@ impl<'p> Simulated<'p> {
         let decisions: usize = self.series.iter().map(|s| s.first().map_or(0, Vec::len)).sum();
         decisions as f64 / alarms.max(1) as f64
     }
-}
-
-fn sprt(k: f64, upper: f32) -> Sprt {
-    Sprt::mean(2.0 * k as f32, SPRT_LOWER as f32, upper)
 }
 
 /// With an own copy of the states: the library's are private to a monitor.
@@ -191,49 +161,6 @@ fn count_alarms(series: &Series, detectors: &[Detectors]) -> usize {
     alarms
 }
 
-/// Both sides' maxima between visits to zero; each side sees the residuals wrong by the margin in its own direction.
-fn cusum_maxima(k: f64, margin: Margin, z: &[f64]) -> Vec<f32> {
-    let chart = Cusum::new(k as f32, f32::MAX);
-    let (mut up, mut down) = (CusumState::ZERO, CusumState::ZERO);
-    let (mut high, mut low, mut maxima) = (0.0f32, 0.0f32, Vec::new());
-    let mut visit = |now: f32, most: &mut f32| {
-        if now > 0.0 {
-            *most = most.max(now);
-        } else if *most > 0.0 {
-            maxima.push(*most);
-            *most = 0.0;
-        }
-    };
-    for &z in z {
-        chart.update(&mut up, (z * margin.sigma + margin.mean) as f32);
-        chart.update(&mut down, (z * margin.sigma - margin.mean) as f32);
-        visit(up.high, &mut high);
-        visit(down.low, &mut low);
-    }
-    maxima
-}
-
-/// Both sides' maxima between restarts at the lower boundary, the same way.
-fn sprt_maxima(k: f64, margin: Margin, z: &[f64]) -> Vec<f32> {
-    let test = sprt(k, f32::MAX);
-    let (mut up, mut down) = (SprtState::ZERO, SprtState::ZERO);
-    let (mut high, mut low, mut maxima) = (0.0f32, 0.0f32, Vec::new());
-    let mut visit = |now: f32, most: &mut f32| {
-        *most = most.max(now);
-        if now == 0.0 && *most > 0.0 {
-            maxima.push(*most);
-            *most = 0.0;
-        }
-    };
-    for &z in z {
-        test.update(&mut up, (z * margin.sigma + margin.mean) as f32);
-        test.update(&mut down, (z * margin.sigma - margin.mean) as f32);
-        visit(up.high, &mut high);
-        visit(down.low, &mut low);
-    }
-    maxima
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::autocorrelation::Autoregression;
@@ -251,13 +178,17 @@ mod tests {
     }
 
     const EXACT: [Margin; 1] = [Margin::NONE];
-    const CUSUM: DetectorChoice = DetectorChoice { shewhart: false, cusum: true, sprt: false };
+    const TUNING: Tuning = Tuning { k: 0.5, lambda: 0.1 };
+
+    fn choice(names: &str) -> DetectorChoice {
+        names.parse().unwrap()
+    }
 
     /// Independent normal residuals and an exactly known baseline: the integral equation's threshold.
     #[test]
     fn thresholds_of_normal_residuals_are_the_exact_ones() {
         let process = independent();
-        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000, &EXACT);
+        let simulated = Simulated::new(&process, choice("cusum"), TUNING, 1_000_000, &EXACT);
         for arl in [200.0, 500.0, 1000.0, 10_000.0, 100_000.0] {
             let h = f64::from(simulated.detectors(arl)[0].cusum.unwrap().h);
             let realised = design::Cusum::new(0.5, h, 0.0).unwrap().arl(0.0);
@@ -266,12 +197,31 @@ mod tests {
         }
     }
 
+    /// The EWMA's thresholds against its own integral equation, for a slow and a fast one.
+    #[test]
+    fn ewma_alone() {
+        let process = independent();
+        for lambda in [0.05, 0.1, 0.4] {
+            let tuning = Tuning { lambda, ..TUNING };
+            let simulated = Simulated::new(&process, choice("ewma"), tuning, 1_000_000, &EXACT);
+            for arl in [200.0, 500.0, 1000.0, 10_000.0, 100_000.0] {
+                let found = simulated.detectors(arl)[0].ewma.unwrap();
+                let realised = design::Ewma::new(lambda, f64::from(found.limit)).unwrap().arl(0.0);
+                println!("lambda {lambda}: {arl} asked, {realised:.0} realised");
+                // A slow average makes few excursions: 16 000 of the million decisions at lambda = 0.05.
+                let tolerance = if arl > 1000.0 { 0.25 } else { 0.08 };
+                assert!((realised / arl - 1.0).abs() < tolerance, "{lambda} {arl}: {realised} {found:?}");
+            }
+        }
+    }
+
     #[test]
     fn shewhart_alone_is_the_normal_quantile() {
         let process = independent();
-        let choice = DetectorChoice { shewhart: true, cusum: false, sprt: false };
-        let limits =
-            Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(370.4)[0].shewhart.unwrap();
+        let limits = Simulated::new(&process, choice("shewhart"), TUNING, 1_000_000, &EXACT).detectors(370.4)
+            [0]
+        .shewhart
+        .unwrap();
         assert!((f64::from(limits.upper) - 3.0).abs() < 0.02 && (limits.upper + limits.lower).abs() < 1e-5);
     }
 
@@ -279,11 +229,13 @@ mod tests {
     #[test]
     fn sprt_alone() {
         let process = independent();
-        let choice = DetectorChoice { shewhart: false, cusum: false, sprt: true };
-        let found =
-            Simulated::new(&process, choice, 0.5, 1_000_000, &EXACT).detectors(500.0)[0].sprt.unwrap();
+        let found = Simulated::new(&process, choice("sprt"), TUNING, 1_000_000, &EXACT).detectors(500.0)[0]
+            .sprt
+            .unwrap();
         let alternative = design::Alternative::new(1.0, 1.0).unwrap();
-        let exact = design::Sprt::new(alternative, SPRT_LOWER, f64::from(found.upper)).unwrap();
+        let exact =
+            design::Sprt::new(alternative, crate::calibrate::detector::SPRT_LOWER, f64::from(found.upper))
+                .unwrap();
         let realised = exact.two_sided_arl(0.0, 1.0);
         assert!((realised / 500.0 - 1.0).abs() < 0.06, "{realised}");
     }
@@ -293,8 +245,8 @@ mod tests {
     fn the_budget_is_shared() {
         let one = independent().channels.remove(0);
         let process = Process::independent(vec![one.clone(), one]);
-        let choice = DetectorChoice { shewhart: true, cusum: true, sprt: false };
-        let simulated = Simulated::new(&process, choice, 0.5, 1_000_000, &[Margin::NONE; 2]);
+        let simulated =
+            Simulated::new(&process, choice("shewhart,cusum"), TUNING, 1_000_000, &[Margin::NONE; 2]);
         let detectors = simulated.detectors(500.0);
         assert!((simulated.run_length(&detectors) / 500.0 - 1.0).abs() < 0.02);
         let cusum = detectors[1].cusum.unwrap();
@@ -306,7 +258,7 @@ mod tests {
     #[test]
     fn autocorrelation_raises_the_threshold() {
         let process = normal(Autoregression { phi: vec![0.3], noise: 0.91 });
-        let simulated = Simulated::new(&process, CUSUM, 0.5, 1_000_000, &EXACT);
+        let simulated = Simulated::new(&process, choice("cusum"), TUNING, 1_000_000, &EXACT);
         let detectors = simulated.detectors(500.0);
         assert!(detectors[0].cusum.unwrap().h > 7.5);
         assert!((simulated.run_length(&detectors) / 500.0 - 1.0).abs() < 0.03);

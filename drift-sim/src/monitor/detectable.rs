@@ -4,7 +4,7 @@
 use drift_core::{Channel, ChannelKind};
 use serde::Serialize;
 
-use crate::design::{Ewma, OneSided, normal};
+use crate::calibrate::detector::{Designed, ROWS};
 
 /// With this probability the shift would have shown.
 pub const PROBABILITY: f64 = 0.9;
@@ -52,25 +52,8 @@ fn smallest(channel: &Channel, judged: u64) -> Option<f64> {
 
 /// By any single one of the channel's detectors; together they show no less.
 fn shows(channel: &Channel, judged: u64, shift: f64) -> bool {
-    let detectors = &channel.detectors;
-    let within = |k: f64, h: f64| {
-        OneSided::new(k, h, 0.0).map_or(0.0, |chart| chart.run_length(shift).alarm_within(judged))
-    };
-    let cusum = detectors.cusum.map(|d| within(f64::from(d.k), f64::from(d.h)));
-    // A mean SPRT's log-likelihood is its alternative times a CUSUM's sum.
-    let sprt = detectors
-        .sprt
-        .filter(|d| d.linear > 0.0)
-        .map(|d| within(0.5 * f64::from(d.linear), f64::from(d.upper) / f64::from(d.linear)));
-    let shewhart = detectors.shewhart.map(|d| {
-        let limit = f64::from(d.upper).max(-f64::from(d.lower));
-        1.0 - normal::below(limit - shift).powf(judged as f64)
-    });
-    let ewma = detectors.ewma.map(|d| {
-        let chart = Ewma::new(f64::from(d.lambda), f64::from(d.limit));
-        chart.map_or(0.0, |chart| chart.alarm_within(shift, judged))
-    });
-    [cusum, ewma, sprt, shewhart].into_iter().flatten().any(|probability| probability >= PROBABILITY)
+    let within = |row: &&dyn Designed| row.alarm_within(&channel.detectors, shift, judged);
+    ROWS.iter().filter_map(within).any(|probability| probability >= PROBABILITY)
 }
 
 #[cfg(test)]

@@ -32,19 +32,8 @@ impl EventKind {
     }
 }
 
-/// A detector that raised a course.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Raised {
-    /// Instant.
-    Shewhart,
-    /// Cumulative.
-    Cusum,
-    /// Sequential.
-    Sprt,
-    /// The weighted average.
-    Ewma,
-}
+/// A detector that raised a course, by its name: one of [`drift_core::Detectors::NAMES`].
+pub type Raised = &'static str;
 
 /// One channel's way from its alarm back to the baseline.
 #[derive(Debug, Clone, PartialEq)]
@@ -224,12 +213,6 @@ impl Events {
             alarms.sprt.and_then(|s| track.sprt.of(s)),
             Some(hop.new_from_s),
         ];
-        let raised = [
-            (Raised::Shewhart, alarms.shewhart),
-            (Raised::Cusum, alarms.cusum),
-            (Raised::Ewma, alarms.ewma),
-            (Raised::Sprt, alarms.sprt),
-        ];
         Course {
             kind: channel.kind,
             side,
@@ -237,7 +220,8 @@ impl Events {
             from_s: rises.into_iter().flatten().fold(f64::INFINITY, f64::min),
             alarm_s: hop.to_s,
             to_s: None,
-            detectors: raised.into_iter().filter_map(|(which, at)| at.map(|_| which)).collect(),
+            // The instant one first.
+            detectors: alarms.each().rev().filter_map(|(name, side)| side.map(|_| name)).collect(),
             max_z: 0.0,
             baseline: self.baselines.get(i).copied().unwrap_or(Baseline::UNLEARNED),
             fault_curve: None,

@@ -2,7 +2,7 @@
 //! Numbers that do not exist (nothing judged, not kept) are `null`; times are seconds on the recording's clock.
 //!
 //! A decision: `{"hop", "from_s", "to_s", "status": "valid|too_few_valid", "verdict", "location",
-//! "excluded": {..}, "indices": {..}, "channels": [{"kind", "index", "x", "value", "residual", "z", "cusum_high",
+//! "excluded": {..}, "indices": {..}, "operating_point", "channels": [{"kind", "index", "x", "value", "residual", "z", "cusum_high",
 //! "cusum_low", "sprt_high", "sprt_low", "alarms": {"shewhart", "cusum", "sprt"}, "verdict", "side",
 //! "extrapolated", "fault_curve"}]}`. `index` is the error index of `energy_error`, else `null`; sides are
 //! `"high"` or `"low"`; verdicts `healthy`, `disturbance`, `recovered`, `suspect`, `drift`.
@@ -48,6 +48,7 @@ pub fn write_hop(out: &mut (impl Write + ?Sized), hop: &Hop) -> io::Result<()> {
             location: report.location(),
             excluded: report.excluded,
             indices: report.indices,
+            operating_point: hop.operating_point,
             channels: report.channels.each_ref().map(ChannelLine::of),
         },
     )
@@ -104,6 +105,7 @@ struct HopLine {
     location: Location,
     excluded: Excluded,
     indices: Indices,
+    operating_point: Option<f32>,
     channels: [ChannelLine; 3],
 }
 

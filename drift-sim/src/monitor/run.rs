@@ -3,12 +3,12 @@
 
 use std::io::{self, Write};
 
-use drift_core::{Config, Input, Report};
+use drift_core::{Config, IndicesAt, Input, Report};
 
 use super::chart::Chart;
 use super::summary::{Summary, Tally};
 use super::{json_lines, pinned};
-use crate::baseline_file::HostMonitor;
+use crate::baseline_file::{HostMonitor, HostMonitorAt, PointColumns};
 use crate::recording::{RecordingStream, RowState};
 use crate::{Error, Result};
 
@@ -26,12 +26,21 @@ pub struct Hop {
     pub to_s: f64,
     /// What the monitor said.
     pub report: Report<3>,
+    /// The operating point's mean over the window, where the baseline depends on one.
+    pub operating_point: Option<f32>,
+}
+
+/// With a measured operating point or without.
+#[derive(Debug, Clone)]
+enum Watching {
+    Plain(HostMonitor),
+    At(HostMonitorAt),
 }
 
 /// The monitor and its clock.
 #[derive(Debug, Clone)]
 pub struct Runner {
-    monitor: HostMonitor,
+    monitor: Watching,
     sample_time_s: f64,
     window_s: f64,
     hop_s: f64,
@@ -43,8 +52,12 @@ impl Runner {
     /// # Errors
     /// The configuration is impossible, or made for another sample time.
     pub fn new(config: &Config<f32, 3>, sample_time_s: f64) -> Result<Self> {
-        let monitor =
-            HostMonitor::new(*config).map_err(|e| Error::new(format!("the baseline can't be used: {e}")))?;
+        let refused = |e| Error::new(format!("the baseline can't be used: {e}"));
+        let monitor = if config.channels.iter().any(|channel| channel.operating_point.counts()) {
+            Watching::At(HostMonitorAt::new(*config).map_err(refused)?)
+        } else {
+            Watching::Plain(HostMonitor::new(*config).map_err(refused)?)
+        };
         let expected = f64::from(config.sample_time_s);
         if (sample_time_s - expected).abs() > SAMPLE_TIME_TOLERANCE * expected {
             let what = format!(
@@ -58,26 +71,51 @@ impl Runner {
         Ok(Self { monitor, sample_time_s, window_s, hop_s })
     }
 
-    /// One sample, taken at `t_s`. `Some` once per hop, from the first full window on.
+    /// One sample, taken at `t_s`. `Some` once per hop, from the first full window on. Of a baseline that depends on an
+    /// operating point, none counts before [`Runner::operating_point`] was told.
     #[inline]
     pub fn tick(&mut self, t_s: f64, input: Input<f32>) -> Option<Hop> {
-        let report = match input {
-            Input::Sample { r, y, u } => self.monitor.tick(r, y, u),
-            other => self.monitor.tick_input(other),
-        }
-        .copied()?;
+        let (report, operating_point) = match &mut self.monitor {
+            Watching::Plain(monitor) => {
+                let report = match input {
+                    Input::Sample { r, y, u } => monitor.tick(r, y, u),
+                    other => monitor.tick_input(other),
+                };
+                (*report?, None)
+            }
+            Watching::At(monitor) => {
+                let report = monitor.tick_input(input)?;
+                (without_point(report), Some(report.indices.operating_point))
+            }
+        };
         let to_s = t_s + self.sample_time_s;
-        Some(Hop { from_s: to_s - self.window_s, new_from_s: to_s - self.hop_s, to_s, report })
+        let (from_s, new_from_s) = (to_s - self.window_s, to_s - self.hop_s);
+        Some(Hop { from_s, new_from_s, to_s, report, operating_point })
+    }
+
+    /// The operating point from the next sample on; samples do not count while it is not finite.
+    #[inline]
+    pub fn operating_point(&mut self, point: f32) {
+        if let Watching::At(monitor) = &mut self.monitor {
+            monitor.operating_point(point);
+        }
     }
 }
 
-/// What to do besides the summary.
+fn without_point(report: &Report<3, IndicesAt>) -> Report<3> {
+    let Report { hop, status, verdict, excluded, channels, .. } = *report;
+    Report { hop, status, verdict, indices: report.indices.indices, excluded, channels }
+}
+
+/// What a run is given and asked for besides the summary.
 #[derive(Default)]
 pub struct Outputs<'a> {
     /// Each decision as a line of JSON, and the summary as the last.
     pub json: Option<&'a mut dyn Write>,
     /// Collects what the chart shows.
     pub chart: Option<&'a mut Chart>,
+    /// The columns of the operating point, where the baseline depends on one: the recording's first further columns.
+    pub operating_point: Option<&'a PointColumns>,
     /// Told now and then how many bytes were read.
     pub progress: Option<&'a dyn Fn(u64)>,
 }
@@ -139,6 +177,10 @@ pub fn watch(
             RowState::Missing => Input::Missing,
             RowState::Manual => Input::Manual,
         };
+        if let Some(columns) = outputs.operating_point {
+            let measured = sample.extra.get(..columns.columns.len()).unwrap_or(&[]);
+            runner.operating_point(columns.point(measured));
+        }
         let Some(hop) = runner.tick(sample.t_s, input) else { continue };
         tally.add(&hop);
         if let Some(chart) = &mut outputs.chart {

@@ -8,6 +8,7 @@ use super::detectable::{Detectable, PROBABILITY};
 use super::events::{Course, Event, EventKind, Raised};
 use super::summary::{ChannelSummary, Summary};
 use crate::baseline_file::Promise;
+use crate::calibrate::detector::ROWS;
 
 /// Events that fit on the screen.
 const SHOWN: usize = 12;
@@ -269,12 +270,8 @@ fn farthest(event: &Event) -> Vec<(&Course, usize)> {
 
 /// The detectors that raised a course.
 pub(super) fn detectors(course: &Course) -> String {
-    let names = course.detectors.iter().map(|d| match d {
-        Raised::Shewhart => "Shewhart",
-        Raised::Cusum => "CUSUM",
-        Raised::Ewma => "EWMA",
-        Raised::Sprt => "SPRT",
-    });
+    let spoken = |name: &Raised| ROWS.iter().find(|row| row.name() == *name).map(|row| row.spoken());
+    let names = course.detectors.iter().filter_map(spoken);
     names.collect::<Vec<_>>().join("+")
 }
 

@@ -15,7 +15,7 @@ use super::settings::{CUSUM_H, CUSUM_K, FALSE_ALARM_EVERY_S, HOP_S, Settings, Us
 use super::spread::{Share, Spread};
 use super::windows::{Window, coordinates};
 use crate::calibrate::regression::Fit;
-use crate::calibrate::{DetectorChoice, Options, Signals, calibrate};
+use crate::calibrate::{Options, Signals, calibrate};
 use crate::control_loop::Loop;
 use crate::design;
 use crate::reference::Reference;
@@ -91,13 +91,14 @@ fn calibrated(settings: &Settings, hop_s: f64) -> Result<(Baseline, f64)> {
         y: &trace.y,
         u: &trace.u,
         state: None,
+        further: &[],
     };
     let options = Options {
         window_s: Some(WINDOW_S),
         hop_s: Some(hop_s),
         false_alarm_every_h: FALSE_ALARM_EVERY_S / 3600.0,
         channels: [true, false, false],
-        detectors: DetectorChoice { shewhart: false, cusum: true, sprt: false },
+        detectors: "cusum".parse()?,
         k: CUSUM_K,
         simulated_decisions: 500_000,
         ..Options::default()

@@ -24,9 +24,11 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
                 x_max: 40000.0,
             },
             memory: drift_core::Memory::NONE,
+            operating_point: drift_core::OperatingPoint::NONE,
             detectors: drift_core::Detectors {
-                shewhart: Some(drift_core::Shewhart { lower: -3.5, upper: 4.25 }),
                 cusum: Some(drift_core::Cusum { k: 0.5, h: 8.1, head_start: 0.0 }),
+                ewma: Some(drift_core::Ewma { lambda: 0.1, limit: 0.645 }),
+                shewhart: Some(drift_core::Shewhart { lower: -3.5, upper: 4.25 }),
                 ..drift_core::Detectors::NONE
             },
         },
@@ -43,6 +45,14 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
                 x_max: 40000.0,
             },
             memory: drift_core::Memory::NONE,
+            operating_point: drift_core::OperatingPoint {
+                weight: 0.0154,
+                mean: 75.5,
+                per_x: -2.0,
+                ss: 1900.0,
+                min: 60.0,
+                max: 90.25,
+            },
             detectors: drift_core::Detectors {
                 sprt: Some(drift_core::Sprt { constant: -0.5, linear: 1.0, quadratic: 0.0, upper: 7.3, lower: -4.6 }),
                 ..drift_core::Detectors::NONE
@@ -51,3 +61,10 @@ pub const CONFIG: drift_core::Config<f32, 3> = drift_core::Config {
         drift_core::Channel::unlearned(drift_core::ChannelKind::Activity),
     ],
 };
+
+/// The operating point of a tick, for `tick_at` of a monitor with `drift_core::FullAt`, from
+/// * x1: t_outdoor
+/// * x2: fan speed
+pub const fn operating_point(x1: f32, x2: f32) -> f32 {
+    1.0 * x1 + 80.5 * x2
+}

@@ -27,19 +27,22 @@ static const drift_config_t drift_config = {
             /* b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max */
             { 0.014f, 0.0478f, 0.008f, 47.0f, 0.4255f, 0.1284f, -3.4028235e38f, 3.4028235e38f },
             /* memory: order, x, value */ { 0u, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f } },
-            /* has_shewhart */ 0,
+            /* operating_point: weight, mean, per_x, ss, min, max */ { 0.0f, 0.0f, 0.0f, 0.0f, -3.4028235e38f, 3.4028235e38f },
             /* has_cusum */ 1,
             /* has_ewma */ 0,
             /* has_sprt */ 0,
-            /* shewhart: lower, upper */ { 0.0f, 0.0f },
+            /* has_shewhart */ 0,
             /* cusum: k, h, head_start */ { 0.5f, 5.07f, 0.0f },
             /* ewma: lambda, limit */ { 0.0f, 0.0f },
             /* sprt: constant, linear, quadratic, upper, lower */ { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f },
+            /* shewhart: lower, upper */ { 0.0f, 0.0f },
         },
         { 0u, 0u, { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f }, { 0u, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f } },
-          0, 0, 0, 0, { 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f } },
+          { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f },
+          0, 0, 0, 0, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f } },
         { 0u, 0u, { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f }, { 0u, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f } },
-          0, 0, 0, 0, { 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f } },
+          { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f },
+          0, 0, 0, 0, { 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f }, { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f }, { 0.0f, 0.0f } },
     }
 };
 

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
-use drift_core::Index;
-use drift_sim::calibrate::{self, DetectorChoice, Options, Signals};
+use drift_core::{Detectors, Index};
+use drift_sim::calibrate::{self, Options, Signals};
 use drift_sim::output::Outputs;
 use drift_sim::{Error, Result, output, report};
 
@@ -51,12 +52,19 @@ pub struct Arguments {
     /// Windows before this one that the effort channel takes into account, 0 to 3; chosen by validation without it
     #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u8).range(0..=3))]
     effort_memory: Option<u8>,
+    /// Measured columns that the effort depends on besides y, up to three: outdoor temperature, payload, feed flow. What
+    /// they explain is no drift; `monitor` then reads them too
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    operating_point: Vec<String>,
     /// What watches each channel
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Detector::Shewhart, Detector::Cusum])]
-    detectors: Vec<Detector>,
+    #[arg(long, value_delimiter = ',', default_values = ["shewhart", "cusum"], value_parser = PossibleValuesParser::new(Detectors::NAMES))]
+    detectors: Vec<String>,
     /// The CUSUM's reference value: half the shift to be found, in sigmas
     #[arg(long, value_name = "K", default_value_t = 0.5)]
     k: f64,
+    /// The EWMA's weight of the newest window; 0.1 is for shifts of about one sigma
+    #[arg(long, value_name = "LAMBDA", default_value_t = 0.1)]
+    lambda: f64,
     /// Limits of u: samples at or beyond them are left out
     #[arg(long, value_name = "LO,HI", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     saturation: Vec<f64>,
@@ -107,13 +115,6 @@ enum Effort {
     Motion,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Detector {
-    Shewhart,
-    Cusum,
-    Sprt,
-}
-
 /// Longer than any recording: 30 years.
 const LONGEST_S: f64 = 1e9;
 
@@ -137,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&named, &inputs)?;
     let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let progress = Progress::of_unknown("calibrating");
-    let read = |path: &PathBuf| arguments.recording.read(path, Vec::new());
+    let read = |path: &PathBuf| arguments.recording.read(path, options.operating_point.clone());
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
     let calibration =
@@ -176,7 +177,6 @@ fn options(arguments: &Arguments) -> Result<Options> {
         [low, high] if low < high => Some([*low, *high]),
         _ => return Err(Error::new("--saturation").allowed("LO,HI with LO below HI")),
     };
-    let has = |detector: Detector| arguments.detectors.contains(&detector);
     Ok(Options {
         window_s: arguments.window,
         hop_s: arguments.hop,
@@ -195,12 +195,10 @@ fn options(arguments: &Arguments) -> Result<Options> {
             Effort::Motion => calibrate::Effort::Motion,
         },
         effort_memory: arguments.effort_memory,
-        detectors: DetectorChoice {
-            shewhart: has(Detector::Shewhart),
-            cusum: has(Detector::Cusum),
-            sprt: has(Detector::Sprt),
-        },
+        operating_point: arguments.operating_point.clone(),
+        detectors: arguments.detectors.join(",").parse()?,
         k: arguments.k,
+        lambda: arguments.lambda,
         saturation,
         blanking: arguments.blank_step.zip(arguments.blank),
         confirm_hops: arguments.confirm,

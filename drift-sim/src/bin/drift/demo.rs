@@ -65,6 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         y: &healthy.y,
         u: &healthy.u,
         state: None,
+        further: &[],
     };
     let options =
         Options { window_s: Some(0.5 * HOUR_S), false_alarm_every_h: 30.0 * 24.0, ..Options::default() };

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{ArgGroup, Args, ValueEnum};
 use drift_sim::design::{
-    Alternative, Cusum, EstimatedBaseline, OneSided, RunLength, Shewhart, Sprt, check_shift,
+    Alternative, Cusum, EstimatedBaseline, Ewma, OneSided, RunLength, Shewhart, Sprt, check_shift,
 };
 use drift_sim::{Error, Result, output};
 use serde_json::{Value, json};
@@ -29,7 +29,10 @@ pub struct Arguments {
     /// Allowance in sigmas (0 to 10): half the shift to be found. The SPRT looks for a shift of 2k; Shewhart has none.
     #[arg(long)]
     k: Option<f64>,
-    /// Threshold in sigmas, up to 100 (CUSUM), 30 (Shewhart); the SPRT's upper log-likelihood ratio.
+    /// EWMA: weight of the newest residual (0.01 to 1) [default: 0.1].
+    #[arg(long, value_name = "LAMBDA")]
+    lambda: Option<f64>,
+    /// Threshold in sigmas, up to 100 (CUSUM), 30 (Shewhart); the EWMA's limit; the SPRT's upper log-likelihood ratio.
     #[arg(long)]
     h: Option<f64>,
     /// Wanted mean number of decisions to a false alarm: above 1, up to 1e15 (SPRT 1e9).
@@ -74,6 +77,7 @@ pub struct Arguments {
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Detector {
     Cusum,
+    Ewma,
     Shewhart,
     Sprt,
 }
@@ -82,11 +86,14 @@ enum Detector {
 struct Design {
     detector: &'static str,
     k: Option<f64>,
+    /// EWMA: the weight.
+    lambda: Option<f64>,
     h: f64,
     shift: f64,
     arl0: f64,
     arl1: f64,
-    one_sided: [f64; 2],
+    /// Where it was computed.
+    one_sided: Option<[f64; 2]>,
     run_lengths: Option<[RunLength; 2]>,
     drift_arl: Option<f64>,
     /// SPRT: the lower boundary.
@@ -108,11 +115,13 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let progress = Progress::of_unknown("computing run lengths");
     let design = match arguments.detector {
         Detector::Cusum => cusum(&arguments)?,
+        Detector::Ewma => ewma(&arguments)?,
         Detector::Shewhart => shewhart(&arguments)?,
         Detector::Sprt => sprt(&arguments)?,
     };
     drop(progress);
-    if ![design.arl0, design.arl1, design.one_sided[0], design.one_sided[1]].iter().all(|l| l.is_finite()) {
+    let one_sided = design.one_sided.iter().flatten();
+    if ![design.arl0, design.arl1].iter().chain(one_sided).all(|l| l.is_finite()) {
         return Err(Error::new("the run length is beyond all numbers").allowed("a smaller h or k"));
     }
     if let Some(path) = &arguments.json {
@@ -144,7 +153,12 @@ fn shift(arguments: &Arguments, default: f64) -> Result<f64> {
 }
 
 fn cusum(arguments: &Arguments) -> Result<Design> {
-    refuse(&[("--ratio", arguments.ratio.is_some()), ("--beta", arguments.beta.is_some())], "a CUSUM")?;
+    let given = [
+        ("--ratio", arguments.ratio.is_some()),
+        ("--beta", arguments.beta.is_some()),
+        ("--lambda", arguments.lambda.is_some()),
+    ];
+    refuse(&given, "a CUSUM")?;
     let k = k(arguments)?;
     let shift = shift(arguments, if k > 0.0 { 2.0 * k } else { 1.0 })?;
     let head_start = arguments.head_start.unwrap_or(0.0);
@@ -180,15 +194,52 @@ fn cusum(arguments: &Arguments) -> Result<Design> {
     Ok(Design {
         detector: "cusum",
         k: Some(k),
+        lambda: None,
         h: side.h(),
         shift,
         arl0,
         arl1,
-        one_sided,
+        one_sided: Some(one_sided),
         run_lengths: Some([run_length(0.0), run_length(shift)]),
         drift_arl: arguments.slope.map(|slope| side.drift_arl(slope)).transpose()?,
         lower: None,
         commissioned,
+    })
+}
+
+fn ewma(arguments: &Arguments) -> Result<Design> {
+    let given = [
+        ("--k", arguments.k.is_some()),
+        ("--head-start", arguments.head_start.is_some()),
+        ("--windows", arguments.windows.is_some()),
+        ("--ratio", arguments.ratio.is_some()),
+        ("--beta", arguments.beta.is_some()),
+        ("--slope", arguments.slope.is_some()),
+        ("--mission", arguments.mission.is_some()),
+        ("--one-sided", arguments.one_sided),
+    ];
+    refuse(&given, "an EWMA")?;
+    let shift = shift(arguments, 1.0)?;
+    let lambda = arguments.lambda.unwrap_or(0.1);
+    let chart = match (arguments.h, arguments.arl0) {
+        (Some(limit), _) => Ewma::new(lambda, limit)?,
+        (_, Some(arl0)) => Ewma::with_arl0(lambda, arl0)?,
+        (None, None) => return Err(Error::new("neither --h nor --arl0 is given")),
+    };
+    let [arl0, arl1] = [chart.arl(0.0), chart.arl(shift)];
+    Ok(Design {
+        detector: "ewma",
+        k: None,
+        lambda: Some(lambda),
+        h: chart.limit(),
+        shift,
+        arl0,
+        arl1,
+        one_sided: None,
+        run_lengths: None,
+        drift_arl: None,
+        lower: None,
+        commissioned: None,
     })
 }
 
@@ -199,6 +250,7 @@ fn shewhart(arguments: &Arguments) -> Result<Design> {
         ("--windows", arguments.windows.is_some()),
         ("--ratio", arguments.ratio.is_some()),
         ("--beta", arguments.beta.is_some()),
+        ("--lambda", arguments.lambda.is_some()),
     ];
     refuse(&given, "a Shewhart chart")?;
     let shift = shift(arguments, 1.0)?;
@@ -213,11 +265,12 @@ fn shewhart(arguments: &Arguments) -> Result<Design> {
     Ok(Design {
         detector: "shewhart",
         k: None,
+        lambda: None,
         h: chart.upper(),
         shift,
         arl0: chart.arl(0.0),
         arl1: chart.arl(shift),
-        one_sided: [side.arl(0.0), side.arl(shift)],
+        one_sided: Some([side.arl(0.0), side.arl(shift)]),
         run_lengths: Some([chart.run_length(0.0), chart.run_length(shift)]),
         drift_arl: arguments.slope.map(|slope| chart.drift_arl(slope)).transpose()?,
         lower: None,
@@ -231,6 +284,7 @@ fn sprt(arguments: &Arguments) -> Result<Design> {
         ("--windows", arguments.windows.is_some()),
         ("--slope", arguments.slope.is_some()),
         ("--mission", arguments.mission.is_some()),
+        ("--lambda", arguments.lambda.is_some()),
     ];
     refuse(&given, "an SPRT")?;
     let k = k(arguments)?;
@@ -254,11 +308,12 @@ fn sprt(arguments: &Arguments) -> Result<Design> {
     Ok(Design {
         detector: "sprt",
         k: Some(k),
+        lambda: None,
         h: test.upper(),
         shift,
         arl0,
         arl1,
-        one_sided,
+        one_sided: Some(one_sided),
         run_lengths: None,
         drift_arl: None,
         lower: Some(test.lower()),
@@ -280,11 +335,14 @@ fn as_json(arguments: &Arguments, design: &Design) -> Value {
         "shift": design.shift,
         "arl0": design.arl0,
         "arl1": design.arl1,
-        "one_sided": { "arl0": design.one_sided[0], "arl1": design.one_sided[1] },
+        "one_sided": design.one_sided.map(|[arl0, arl1]| json!({ "arl0": arl0, "arl1": arl1 })),
         "quantiles": design.run_lengths.as_ref().map(|[in_control, shifted]| {
             json!({ "in_control": quantiles(in_control), "shifted": quantiles(shifted) })
         }),
     });
+    if let Some(lambda) = design.lambda {
+        all["lambda"] = json!(lambda);
+    }
     if design.detector == "cusum" {
         all["head_start"] = json!(arguments.head_start.unwrap_or(0.0));
     }
@@ -327,6 +385,7 @@ fn as_text(arguments: &Arguments, design: &Design) -> String {
     let sides = if arguments.one_sided { "one-sided (a rise)" } else { "two-sided" };
     let name = match design.detector {
         "cusum" => "CUSUM",
+        "ewma" => "EWMA",
         "shewhart" => "Shewhart chart",
         _ => "repeated SPRT",
     };
@@ -339,7 +398,10 @@ fn as_text(arguments: &Arguments, design: &Design) -> String {
             )
         }
         (Some(k), None) => format!("k = {k}, h = {:.6} sigmas", design.h),
-        _ => format!("limit h = {:.6} sigmas", design.h),
+        _ => match design.lambda {
+            Some(lambda) => format!("lambda = {lambda}, limit h = {:.6} sigmas", design.h),
+            None => format!("limit h = {:.6} sigmas", design.h),
+        },
     };
     let _ = writeln!(text, "{name}, {sides}: {parameters}");
     if let Some(f) = arguments.head_start.filter(|f| *f > 0.0) {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use drift_core::Config;
-use drift_sim::baseline_file::BaselineFile;
+use drift_sim::baseline_file::{BaselineFile, PointColumns};
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, page, screen, watch};
 use drift_sim::output::Outputs as Files;
 use drift_sim::plot::terminal::Signs;
@@ -31,6 +31,9 @@ pub struct Arguments {
     /// What the healthy loop looks like, from `drift calibrate`
     #[arg(long, value_name = "BASELINE.toml")]
     baseline: PathBuf,
+    /// The columns of the operating point where this recording names them otherwise than the baseline does, in its order
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    operating_point: Vec<String>,
     /// Write every decision as a line of JSON and the summary as the last; - is standard output, and nothing else is
     /// printed then
     #[arg(long, value_name = "FILE")]
@@ -75,9 +78,12 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
-    let mut stream = arguments.reading.open(&arguments.recording)?;
+    let point = point_columns(&arguments, &baseline)?;
+    let further = point.as_ref().map_or_else(Vec::new, |point| point.columns.clone());
+    let mut stream = arguments.reading.open(&arguments.recording, further)?;
     let mut chart = Chart::new(&config);
-    let Some(summary) = watch_all(&mut stream, &config, &mut chart, arguments.json.as_deref(), &mut files)?
+    let outputs = Outputs { chart: Some(&mut chart), operating_point: point.as_ref(), ..Outputs::default() };
+    let Some(summary) = watch_all(&mut stream, &config, outputs, arguments.json.as_deref(), &mut files)?
     else {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.
         return Ok(ExitCode::SUCCESS);
@@ -98,26 +104,50 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     Ok(ExitCode::from(if failed { 3 } else { 0 }))
 }
 
+/// The columns that the baseline depends on, under the names that they have in this recording.
+fn point_columns(arguments: &Arguments, baseline: &BaselineFile) -> Result<Option<PointColumns>> {
+    let asked = &arguments.operating_point;
+    let Some(point) = &baseline.operating_point else {
+        return match asked.as_slice() {
+            [] => Ok(None),
+            _ => Err(Error::new("--operating-point: the baseline was learnt without any")
+                .allowed("a baseline of `drift calibrate --operating-point`")),
+        };
+    };
+    if asked.is_empty() {
+        return Ok(Some(point.clone()));
+    }
+    if asked.len() != point.columns.len() {
+        return Err(Error::new(format!("--operating-point names {} columns", asked.len()))
+            .allowed(format!("as many as the baseline's: {}", point.columns.join(", "))));
+    }
+    Ok(Some(PointColumns { columns: asked.clone(), scales: point.scales.clone() }))
+}
+
 /// Watches to the end; `None` where standard output was closed before.
 fn watch_all(
     stream: &mut RecordingStream,
     config: &Config<f32, 3>,
-    chart: &mut Chart,
+    outputs: Outputs<'_>,
     json: Option<&Path>,
     files: &mut Files,
 ) -> Result<Option<Summary>> {
     let bar = Progress::of_bytes("monitoring", stream.size_bytes());
     let progress = |bytes: u64| bar.at(bytes);
-    let chart = Some(chart);
+    let Outputs { chart, operating_point, .. } = outputs;
     let Some(path) = json else {
-        return watch(stream, config, Outputs { json: None, chart, progress: Some(&progress) })
-            .map(Some)
-            .map_err(input_error);
+        return watch(
+            stream,
+            config,
+            Outputs { json: None, chart, operating_point, progress: Some(&progress) },
+        )
+        .map(Some)
+        .map_err(input_error);
     };
     // Of a run that fails, no line is left; its own error says more than that the writing was broken off.
     let mut ended = None;
     let written = files.write_with(path, |out| {
-        let outputs = Outputs { json: Some(out), chart, progress: Some(&progress) };
+        let outputs = Outputs { json: Some(out), chart, operating_point, progress: Some(&progress) };
         match watch(stream, config, outputs) {
             Ok(summary) => {
                 ended = Some(Ok(summary));

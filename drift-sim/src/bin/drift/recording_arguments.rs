@@ -46,9 +46,9 @@ impl RecordingArguments {
         Ok(recording)
     }
 
-    /// Opens a recording to be read sample by sample, and tells what was chosen on the way.
-    pub fn open(&self, path: &Path) -> Result<RecordingStream> {
-        let stream = RecordingStream::open(path, &self.read_options())?;
+    /// Opens a recording to be read sample by sample, with these further columns, and tells what was chosen on the way.
+    pub fn open(&self, path: &Path, extra: Vec<String>) -> Result<RecordingStream> {
+        let stream = RecordingStream::open(path, &ReadOptions { extra, ..self.read_options() })?;
         tell(stream.name(), &stream.quality().notes);
         Ok(stream)
     }

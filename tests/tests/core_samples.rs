@@ -4,8 +4,8 @@
 use drift_core::{
     AllDetectors, Baseline, Blanking, Blanks, Channel, ChannelKind, Config, ConfigError, Cusum, Decision,
     Detector, DetectorState, Detectors, Everything, Ewma, Excluded, Full, FullMonitor, Iae, Index, Indices,
-    Input, Location, Memory, Monitor, Options, Pair, PairMonitor, Plan, Refitted, Remembering, Report,
-    Saturation, Shewhart, Smallest, Sprt, Tumbling, Verdict, WindowStatus,
+    Input, Location, Memory, Monitor, OperatingPoint, Options, Pair, PairMonitor, Plan, Refitted,
+    Remembering, Report, Saturation, Shewhart, Smallest, Sprt, Tumbling, Verdict, WindowStatus,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -198,6 +198,7 @@ proptest! {
             channels: [Channel {
                 kind,
                 memory: memory_of(memory),
+                operating_point: OperatingPoint::NONE,
                 baseline: Baseline { b0, b1, sigma, windows, x_mean, x_ss, x_min, x_max },
                 detectors: Detectors {
                     cusum: cusum.map(|[k, h, head_start]| Cusum { k, h, head_start }),

@@ -72,6 +72,9 @@ pub(super) fn collect(
     Ok(Windows { invalid, ..Windows::of(rows) })
 }
 
+/// A decision of the host's monitor with an operating point.
+type Decided = ReportOf<f32, FullAt, Everything<CAPACITY>, 3>;
+
 /// The recording's decisions, each with its tick. Samples at which one of `columns` is missing do not count; the mean of
 /// `point`, one of them, is in the reports.
 fn each_window(
@@ -79,7 +82,7 @@ fn each_window(
     signals: &Signals<'_>,
     columns: &[&[f64]],
     point: Option<&[f64]>,
-) -> Result<Vec<(usize, ReportOf<f32, FullAt, Everything<CAPACITY>, 3>)>> {
+) -> Result<Vec<(usize, Decided)>> {
     let mut monitor = HostMonitorAt::new(*config).map_err(|e| Error::new(e.to_string()))?;
     let mut windows = Vec::new();
     for (tick, input) in signals.inputs().enumerate() {

@@ -32,6 +32,7 @@ pub struct Hop {
 
 /// With a measured operating point or without.
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one for a whole run, and a box would cost each tick")]
 enum Watching {
     Plain(HostMonitor),
     At(HostMonitorAt),

@@ -212,7 +212,7 @@ fn hysteresis_of_a_servo_trainer() {
 }
 
 /// A clutch closed on the trainer's speed loop adds about 0.45 V to u at every set-point, and the speed falls by a tenth beside: against
-/// the loop without it that is a constant load. Motion goes one way, so that dry friction is one.
+/// the loop without it that is dry friction. Motion goes one way, so that a constant load is the same.
 #[test]
 #[ignore = "slow: some seconds of real recordings"]
 fn clutch_of_a_servo_trainer() {
@@ -225,7 +225,7 @@ fn clutch_of_a_servo_trainer() {
     let known = Healthy::of(&model, std::slice::from_ref(&free)).unwrap();
     let found = printed("ce110 vel_3_clutch", || known.diagnose(&closed, None)).unwrap();
     let load = found.physics.first().unwrap();
-    assert_eq!(load.term.kind.name, "load_step");
+    assert!(["coulomb_friction", "load_step"].contains(&load.term.kind.name), "{load:?}");
     assert!((0.4..0.65).contains(&load.term.value("level").unwrap()));
     assert!(printed("ce110 vel_3_noclutch", || known.diagnose(&free, None)).unwrap().physics.is_empty());
 }

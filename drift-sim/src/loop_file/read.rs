@@ -252,7 +252,12 @@ fn read_term(section: &Section) -> Result<Term> {
     let keys: Vec<&str> =
         ["kind"].into_iter().chain(own).chain(["onset_s"]).chain(spans.iter().copied()).collect();
     section.only(&keys)?;
-    let value = |parameter: &crate::physics::Parameter| section.number(parameter.name, parameter.range);
+    let value = |parameter: &crate::physics::Parameter| match parameter.default {
+        Some(default) => {
+            section.optional_number(parameter.name, parameter.range).map(|x| x.unwrap_or(default))
+        }
+        None => section.number(parameter.name, parameter.range),
+    };
     let parameters = kind.parameters.iter().map(value).collect::<Result<_>>()?;
     let onset_s = section.optional_number("onset_s", Range::NotNegative)?.unwrap_or(0.0);
     Ok(Term { kind, parameters, onset_s, spans: section.optional_pairs("spans")? })

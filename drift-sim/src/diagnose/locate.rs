@@ -6,8 +6,8 @@
 //! them holds for a drive that is correlated from sample to sample.
 
 use crate::control_loop::Loop;
-use crate::physics::shown;
 use crate::plant::Plant;
+use crate::sentences::Clock;
 
 use super::Diagnosis;
 use super::features;
@@ -137,12 +137,12 @@ pub fn depends_on(model: &Loop, missing: &MissingDrive, signals: &Signals) -> Ve
 
 impl Diagnosis {
     /// When the mismatch shows and on what it depends, in words.
-    pub fn located(&self) -> Vec<(&'static str, String)> {
+    pub fn located(&self, clock: &Clock, start_s: f64) -> Vec<(&'static str, String)> {
         let spans: Vec<String> = self
             .spans
             .iter()
             .take(TOLD)
-            .map(|span| format!("{} to {} s", shown(span.from_s, ""), shown(span.to_s, "")))
+            .map(|span| clock.span(start_s + span.from_s, start_s + span.to_s))
             .collect();
         let more = self.spans.len().saturating_sub(TOLD);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };

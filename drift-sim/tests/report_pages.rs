@@ -155,7 +155,7 @@ fn pages_have_their_sections_and_charts() {
                 "own numbers",
                 "Rivals, and why they lost",
                 "What can&#39;t be told",
-                "The actuator delivers 70 % of what it should since 2",
+                "The actuator delivers 70 % of what it should since 0.69",
                 "badge cause_found",
             ],
         };

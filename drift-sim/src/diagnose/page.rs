@@ -499,7 +499,7 @@ impl Writing<'_> {
     fn parameters(&self) -> Section {
         let row = |p: &super::Refitted| {
             // A change that its interval does not carry is none.
-            let same = !((p.value - p.nominal).abs() > p.half_width);
+            let same = (p.value - p.nominal).abs() <= p.half_width || p.half_width.is_nan();
             vec![
                 p.name.clone(),
                 plain(p.nominal, 4),

@@ -40,7 +40,11 @@ fn write_reading(out: &mut String, summary: &Summary, promise: Option<&Promise>,
             summary.hops
         ),
     );
-    item("reading", &summary.quality.to_string());
+    let reading = summary.quality.to_string();
+    // As many samples as rows are no news.
+    if reading.contains([',', ';']) || summary.quality.rows != summary.quality.samples {
+        item("reading", &reading);
+    }
     if let Some(reasons) = excluded(summary) {
         item("left out", &reasons);
     }
@@ -52,7 +56,7 @@ fn write_reading(out: &mut String, summary: &Summary, promise: Option<&Promise>,
         item(
             "thresholds",
             &format!(
-                "one false alarm in {} h on average, kept by {} % of calibrations like this one; {} h were watched",
+                "one false alarm in {} h on average, {} % sure; {} h watched",
                 plain(promise.false_alarm_every_h, 4),
                 plain(100.0 * promise.confidence, 3),
                 plain(summary.duration_s() / 3600.0, 3)

@@ -35,7 +35,7 @@ pub(super) fn svg(figure: &Figure, size: Size, id: &str, title: &str, descriptio
     let rows = figure.panels.len().div_ceil(columns);
     let width = (size.width - GAP * (columns - 1) as f64) / columns as f64;
     let foot = 2.9 * size.text;
-    let mut pen = Pen { out: String::new(), size, id, clips: 0 };
+    let mut pen = Pen { out: String::new(), size };
     // Panels over one x axis begin at one place.
     let lefts: Vec<f64> = figure.panels.iter().map(|panel| left_of(panel, size, width)).collect();
     let widest = lefts.iter().copied().fold(0.0, f64::max);
@@ -102,14 +102,12 @@ struct Frame {
     height: f64,
 }
 
-struct Pen<'a> {
+struct Pen {
     out: String,
     size: Size,
-    id: &'a str,
-    clips: usize,
 }
 
-impl Pen<'_> {
+impl Pen {
     /// Writing to a String can't fail.
     fn put(&mut self, markup: std::fmt::Arguments<'_>) {
         let _ = self.out.write_fmt(markup);
@@ -152,11 +150,11 @@ impl Pen<'_> {
                 escape::text(label)
             ));
         }
-        let clip = format!("{}c{}", self.id, self.clips);
-        self.clips += 1;
+        // An inner picture shows nothing beyond its frame.
+        let (width, height) = (px(right - left), px(bottom - top));
+        let (from, to) = (px(left), px(top));
         self.put(format_args!(
-            "<clipPath id=\"{clip}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath><g clip-path=\"url(#{clip})\">",
-            px(left), px(top), px(right - left), px(bottom - top)
+            "<svg x=\"{from}\" y=\"{to}\" width=\"{width}\" height=\"{height}\" viewBox=\"{from} {to} {width} {height}\">"
         ));
         let drawing = Drawing {
             x: |x: f64| x_axis.place(x).map(|at| x_at(at.clamp(-1e3, 1e3))),
@@ -172,7 +170,7 @@ impl Pen<'_> {
                 drawing.layer(self, layer);
             }
         }
-        self.out.push_str("</g>");
+        self.out.push_str("</svg>");
     }
 
     /// Title, unit and names over the panel; hands back how high it is.
@@ -226,7 +224,7 @@ struct Drawing<X, Y> {
 }
 
 impl<X: Fn(f64) -> Option<f64>, Y: Fn(f64) -> Option<f64>> Drawing<X, Y> {
-    fn layer(&self, pen: &mut Pen<'_>, layer: &Layer) {
+    fn layer(&self, pen: &mut Pen, layer: &Layer) {
         let ink = colour(layer);
         let most = (3.0 * (self.right - self.left)) as usize;
         match layer {

@@ -186,7 +186,7 @@ impl Telling<'_> {
             .found
             .parameters
             .iter()
-            .filter(|p| !((p.value - p.nominal).abs() <= p.half_width))
+            .filter(|p| (p.value - p.nominal).abs() > p.half_width)
             .map(|p| (libm::fabs(p.value / p.nominal - 1.0), p))
             .collect();
         moved.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -20,14 +20,14 @@ pub fn monitoring(summary: &Summary, clock: &Clock) -> Answer {
         (None, _) => (Status::Healthy, "The loop works as it did when it was calibrated.".into(), None),
         (Some(EventKind::Drift), Some(event)) if event.kind() == EventKind::Drift => (
             Status::Drift,
-            format!("{} since about {}.", change(event), clock.says(event.from_s())),
+            format!("{} since about {}.", change(event), clock.says(began_s(event))),
             Some(event),
         ),
         (Some(EventKind::Drift), _) => match last_drift {
             Some(event) => {
                 let to_s = event.to_s().unwrap_or(summary.start_s + summary.duration_s());
                 let text =
-                    format!("{} from {}, and has ended.", change(event), clock.span(event.from_s(), to_s));
+                    format!("{} from {}, and has ended.", change(event), clock.span(began_s(event), to_s));
                 (Status::Drift, text, Some(event))
             }
             None => (Status::Drift, "There is a drift among the events that are not listed.".into(), None),
@@ -37,7 +37,7 @@ pub fn monitoring(summary: &Summary, clock: &Clock) -> Answer {
             format!(
                 "{} since about {}; the recording ends too early to tell whether that stays.",
                 change(event),
-                clock.says(event.from_s())
+                clock.says(began_s(event))
             ),
             Some(event),
         ),
@@ -82,6 +82,11 @@ fn change(event: &Event) -> String {
         _ if first.side == Side::High => "The controller works harder for the same set-point,".into(),
         _ => "The controller works less for the same set-point,".into(),
     }
+}
+
+/// When what the sentence is about began: other channels may have left their baseline before, by chance.
+fn began_s(event: &Event) -> f64 {
+    leading_effort(event).or_else(|| leading(event).next()).map_or(event.from_s(), |course| course.from_s)
 }
 
 fn leading_effort(event: &Event) -> Option<&Course> {
@@ -179,9 +184,9 @@ fn numbers(summary: &Summary, event: Option<&Event>, clock: &Clock) -> Vec<KeyNu
         |(value, label)| KeyNumber::new(value, label),
     );
     vec![
-        KeyNumber::new(short_time(clock, event.from_s()), "when it began, about"),
+        KeyNumber::new(short_time(clock, began_s(event)), "when it began, about"),
         size,
-        KeyNumber::new(short_time(clock, event.alarm_s()), "when the first alarm came"),
+        KeyNumber::new(short_time(clock, course.alarm_s), "when its first alarm came"),
     ]
 }
 

@@ -6,6 +6,8 @@ const FAR_SIGMAS: f64 = 100.0;
 const LARGE: f64 = 1e7;
 /// Numbers below are written with a power of ten.
 const SMALL: f64 = 1e-4;
+/// The half width of an interval that matters, part of the value.
+const MATTERS: f64 = 1e-6;
 /// What an improvement must reach, in per cent, to be a number.
 pub const LEAST_PERCENT: f64 = 0.05;
 
@@ -95,16 +97,25 @@ pub fn value(value: f64, half_width: f64) -> String {
     }
 }
 
-/// `20.8 ± 0.4 N`: the same with its half width and unit; the value alone where the interval is not known.
+/// `20.8 ± 0.4 N`: the same with its half width and unit; the value alone where the interval is not known or too narrow to matter.
 pub fn measured(of: f64, half_width: f64, unit: &str) -> String {
-    let text = value(of, half_width);
-    let text = if half_width.is_finite() && half_width > 0.0 && of.is_finite() {
-        let places = decimals(of, half_width).max(decimals_of(half_width));
-        format!("{text} \u{b1} {}", to_decimals(rounded_to(half_width, places), places))
-    } else {
-        text
+    let size = of.abs().max(half_width.abs());
+    if !(half_width.is_finite() && half_width > MATTERS * of.abs() && of.is_finite()) {
+        return with_unit(value(of, half_width), unit);
+    }
+    let exponent = if (SMALL..LARGE).contains(&size) { 0 } else { magnitude(size) };
+    let scale = libm::pow(10.0, f64::from(-exponent));
+    let (of, half_width) = (of * scale, half_width * scale);
+    // Of both as many decimals: 0.80 says more than 0.8.
+    let decimals = decimals_of(half_width);
+    let fixed = |x: f64| {
+        let x = rounded_to(x, decimals);
+        let text =
+            format!("{:.places$}", if x == 0.0 { 0.0 } else { x }, places = decimals.clamp(0, 12) as usize);
+        if x.abs() < 1e4 { text } else { grouped(&text) }
     };
-    with_unit(text, unit)
+    let text = format!("{} \u{b1} {}", fixed(of), fixed(half_width));
+    with_unit(if exponent == 0 { text } else { format!("({text})\u{d7}10^{exponent}") }, unit)
 }
 
 /// `20.4 to 21.2`: the ends of an interval with the digits that its width carries.
@@ -176,6 +187,9 @@ pub fn percent(percent: f64) -> String {
 /// A relation `b0 + b1 x` as a person writes it.
 pub fn line(b0: f64, b1: f64) -> String {
     let sign = if b1 < 0.0 { '\u{2212}' } else { '+' };
+    if b1 == 0.0 {
+        return plain(b0, 3);
+    }
     format!("{} {sign} {} x", plain(b0, 3), plain(b1.abs(), 3))
 }
 
@@ -187,9 +201,11 @@ mod tests {
     fn digits_follow_the_interval() {
         assert_eq!(measured(20.812_345, 0.412, "N"), "20.8 \u{b1} 0.4 N");
         assert_eq!(measured(163.26, 10.2, "N/(m/s)"), "163 \u{b1} 10 N s/m");
-        assert_eq!(measured(1150.238, 0.0172, ""), "1150 \u{b1} 0.017");
+        assert_eq!(measured(1150.238, 0.0172, ""), "1150.238 \u{b1} 0.017");
         assert_eq!(measured(0.1000, f64::NAN, "1"), "0.1");
-        assert_eq!(measured(-0.0317, 0.4, "N"), "0 \u{b1} 0.4 N");
+        assert_eq!(measured(-0.0317, 0.4, "N"), "0.0 \u{b1} 0.4 N");
+        assert_eq!(measured(0.8, 2e-5, ""), "0.800000 \u{b1} 0.000020");
+        assert_eq!(measured(1.2345e-9, 2.5e-11, "N"), "(1.234 \u{b1} 0.025)\u{d7}10^-9 N");
         assert_eq!(value(12_345_678.0, 1e5), "1.235\u{d7}10^7");
         assert_eq!(plain(259_200.0, 6), "259\u{a0}200");
         assert_eq!(plain(f64::NAN, 4), "\u{2013}");

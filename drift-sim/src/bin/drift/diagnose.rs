@@ -78,7 +78,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let holdout = arguments.holdout.as_deref().map(|path| with_clock(path)).transpose()?;
     let (holdout, holdout_clock) = holdout.map_or((None, clock), |(signals, clock)| (Some(signals), clock));
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
-    let progress = Progress::of_unknown("diagnosing");
+    let progress = Progress::of_unknown("trying every kind of physics that could be missing");
     let by_likelihood = (arguments.likelihood && healthy.is_empty() && model.plant != Plant::Identify)
         .then(|| likelihood_search::diagnose(&train, holdout.as_ref(), &model, &Options::default()))
         .flatten();

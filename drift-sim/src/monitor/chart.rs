@@ -233,7 +233,7 @@ impl Chart {
                 Colour::Purple,
                 scaled(&chart.z, &clock),
             )];
-            layers.extend(shewhart_limits(&chart.channel));
+            layers.extend(shewhart_limits(&chart.channel, "Shewhart limits"));
             let courses = summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind);
             layers.extend(courses.map(|c| {
                 shade(c.outcome, clock.axis(c.from_s), clock.axis(c.to_s.unwrap_or(end_s)), String::new())
@@ -267,10 +267,10 @@ pub(super) fn events<'a>(summary: &'a Summary, clock: &'a Clock) -> impl Iterato
     })
 }
 
-/// The limits of a single residual.
-pub(super) fn shewhart_limits(channel: &Channel) -> Vec<Layer> {
+/// The limits of a single residual; `name` for the legend.
+pub(super) fn shewhart_limits(channel: &Channel, name: &str) -> Vec<Layer> {
     let Some(limits) = channel.detectors.shewhart else { return Vec::new() };
-    [(limits.upper, "limits of one window"), (limits.lower, "")]
+    [(limits.upper, name), (limits.lower, "")]
         .map(|(limit, name)| Layer::HorizontalLine {
             y: f64::from(limit),
             name: name.into(),

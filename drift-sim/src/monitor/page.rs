@@ -388,7 +388,7 @@ impl Drawing<'_> {
     fn residual(&self, channel: &ChannelChart) -> Vec<Layer> {
         let alarms = channel.alarms.iter().map(|(t_s, z)| (self.clock.axis(*t_s), *z)).collect();
         let mut layers = vec![Layer::line("one window", Colour::Purple, scaled(&channel.z, &self.clock))];
-        layers.extend(shewhart_limits(&channel.channel));
+        layers.extend(shewhart_limits(&channel.channel, "limits of one window"));
         layers.push(Layer::points("alarm", Colour::Vermilion, Marker::Cross, alarms));
         layers
     }

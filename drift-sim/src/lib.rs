@@ -12,7 +12,9 @@
 //! * [`design`]: exact run lengths of the detectors. [`calibrate`], [`baseline_file`]: the healthy relation and thresholds
 //!   that keep a promise. [`monitor`]: drift-core over a recording.
 //! * [`diagnose`]: locate, name, fit and prove missing physics. [`paper`]: the paper's tables and figures.
-//! * [`plot`]: charts as SVG and as rows of text.
+//! * [`plot`]: charts as SVG and as rows of text. [`sentences`]: what results say to people, the same on page, terminal and in
+//!   JSON. [`report`]: pages;
+//!   [`terminal`]: screens.
 //!
 //! ```
 //! use drift_sim::control_loop::Loop;
@@ -51,6 +53,8 @@ pub mod plot;
 pub mod recording;
 pub mod reference;
 pub mod report;
+pub mod sentences;
 pub mod simulate;
+pub mod terminal;
 
 pub use error::{Error, Result};

@@ -2,25 +2,25 @@
 
 use std::fmt::Write;
 
-use crate::plot::terminal::{COLUMNS, Signs, mean, range, row, stretches};
+use crate::plot::terminal::{mean, range, row, stretches};
 use crate::recording::{Overview, Span};
+use crate::terminal::Terminal;
 
 /// Columns that are listed by name.
 const NAMES_SHOWN: usize = 12;
 /// Stretches that are listed.
 const SPANS_SHOWN: usize = 3;
-/// Width of what is printed.
-const WIDTH: usize = 80;
 
 /// The screen; `next` is what the user typed behind `drift look`, for the next command.
-pub fn screen(seen: &Overview, next: &str, signs: Signs) -> String {
+pub fn screen(seen: &Overview, next: &str, terminal: &Terminal) -> String {
     let mut text = String::new();
     // Writing to a String can't fail.
-    let _ = write_screen(&mut text, seen, next, signs);
+    let _ = write_screen(&mut text, seen, next, terminal);
     text
 }
 
-fn write_screen(out: &mut String, seen: &Overview, next: &str, signs: Signs) -> std::fmt::Result {
+fn write_screen(out: &mut String, seen: &Overview, next: &str, terminal: &Terminal) -> std::fmt::Result {
+    let item = |out: &mut String, name: &str, text: &str| item(out, name, text, terminal);
     let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
     let rows = seen.t_s.len();
     let about = format!("{}, {}, {}", seen.format, counted(rows, "row"), counted(seen.names.len(), "column"));
@@ -40,7 +40,7 @@ fn write_screen(out: &mut String, seen: &Overview, next: &str, signs: Signs) -> 
     }
     writeln!(out)?;
     for (name, values) in [("r", &seen.r), ("y", &seen.y), ("u", &seen.u)] {
-        chart(out, name, values, signs)?;
+        chart(out, name, values, terminal)?;
     }
     writeln!(out)?;
     item(out, "manual", &spans(&seen.manual, rows))?;
@@ -106,8 +106,8 @@ fn columns(seen: &Overview) -> String {
     text
 }
 
-fn chart(out: &mut String, name: &str, values: &[f64], signs: Signs) -> std::fmt::Result {
-    let means = stretches(values, COLUMNS, mean);
+fn chart(out: &mut String, name: &str, values: &[f64], terminal: &Terminal) -> std::fmt::Result {
+    let means = stretches(values, terminal.chart_columns(), mean);
     let (low, high) = range(values);
     let missing = values.iter().filter(|value| value.is_nan()).count();
     if missing == values.len() {
@@ -116,13 +116,13 @@ fn chart(out: &mut String, name: &str, values: &[f64], signs: Signs) -> std::fmt
         } else {
             "not recorded"
         };
-        return item(out, name, taken);
+        return item(out, name, taken, terminal);
     }
     let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
     writeln!(
         out,
         "{name:<9} {}  {} .. {}{missing}",
-        row(&means, range(&means), signs),
+        row(&means, range(&means), terminal.signs),
         short(low),
         short(high)
     )
@@ -143,20 +143,9 @@ fn spans(spans: &[Span], rows: usize) -> String {
     format!("{} % of the rows, {}{more} {}", short(share), counted(spans.len(), "stretch"), list.join(", "))
 }
 
-/// A line with its name before it, broken between words where it is longer than the screen.
-fn item(out: &mut String, name: &str, text: &str) -> std::fmt::Result {
-    const INDENT: usize = 10;
-    let mut line = format!("{name:<INDENT$}");
-    for word in text.split(' ') {
-        let length = line.chars().count() + word.chars().count();
-        if length > WIDTH && line.chars().count() > INDENT {
-            writeln!(out, "{}", line.trim_end())?;
-            line = " ".repeat(INDENT);
-        }
-        line += word;
-        line.push(' ');
-    }
-    writeln!(out, "{}", line.trim_end())
+/// A line with its name before it.
+fn item(out: &mut String, name: &str, text: &str, terminal: &Terminal) -> std::fmt::Result {
+    write!(out, "{}", terminal.wrapped(&format!("{name:<10}"), text))
 }
 
 fn counted(count: usize, what: &str) -> String {

@@ -226,6 +226,27 @@ fn from_a_file_of_ones_own_to_a_report() {
     assert!(folder.path().join("report.html").metadata().unwrap().len() > 1000);
 }
 
+/// The README's own file, of seven seeds: a healthy loop, whose proposed loop file misses nothing.
+#[test]
+#[ignore = "slow: seven diagnoses"]
+fn nothing_is_missing_from_the_loop_file_of_a_healthy_recording() {
+    for seed in 1..=7 {
+        let folder = tempfile::tempdir().unwrap();
+        let oven = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/loops/oven.toml");
+        let seed = seed.to_string();
+        let reference = ["--reference-mean", "35", "--reference-sd", "3", "--reference-hold", "200"];
+        let run = [
+            &["simulate", oven, "-o", "log.csv", "--duration", "20000", "--seed", &seed],
+            reference.as_slice(),
+        ];
+        drift(folder.path(), &run.concat());
+        drift(folder.path(), &["init", "log.csv", "-o", "loop.toml"]);
+        let said = drift(folder.path(), &["diagnose", "log.csv", "--loop", "loop.toml"]);
+        assert!(said.contains("HEALTHY\nNothing is missing"), "seed {seed}: {said}");
+        assert!(said.contains("verdict: no_mismatch"), "seed {seed}: {said}");
+    }
+}
+
 #[test]
 fn a_matlab_file_becomes_a_loop_file() {
     let folder = tempfile::tempdir().unwrap();

@@ -10,6 +10,7 @@ use drift_core::{
 use drift_sim::baseline_file::{HostMonitor, Promise};
 use drift_sim::monitor::{Chart, EventKind, FailOn, Outputs, Runner, Stopped, Summary, screen, watch};
 use drift_sim::recording::{ReadOptions, RecordingStream};
+use drift_sim::terminal::Terminal;
 
 /// 0.1 s per tick, windows of 50 ticks (5 s), one decision per window; u = 2 with a standard deviation of 0.02 per
 /// window mean.
@@ -62,8 +63,11 @@ fn a_healthy_recording_has_no_event() {
     assert_eq!((summary.hops, summary.valid_hops, summary.samples()), (100, 100, 5000));
     assert!(summary.events.is_empty() && summary.worst.is_none());
     assert!(!summary.reaches(FailOn::Disturbance));
-    assert!(screen(&summary, None).contains("HEALTHY"));
-    assert!(screen(&summary, None).contains("no baseline"), "the unlearnt channel is named as such");
+    assert!(screen(&summary, None, &Terminal::plain()).starts_with("+ HEALTHY\n"));
+    assert!(
+        screen(&summary, None, &Terminal::plain()).contains("no baseline"),
+        "the unlearnt channel is named as such"
+    );
 }
 
 #[test]
@@ -89,12 +93,15 @@ fn what_stays_is_a_drift_and_the_curve_before_and_after_is_told() {
     assert_eq!((event.kind(), event.to_s()), (EventKind::Drift, None));
     let curve = event.courses[0].fault_curve.unwrap();
     assert!((curve.shift - 0.2).abs() < 1e-3, "{curve:?}");
-    let text = screen(&summary, None);
-    assert!(text.contains("DRIFT since about 200 s, effort high"), "{text}");
-    assert!(text.contains("more effort to hold y"), "{text}");
+    let text = screen(&summary, None, &Terminal::plain());
+    assert!(
+        text.starts_with("# DRIFT\nIt takes more effort to hold y than it did, since about 200 s.\n"),
+        "{text}"
+    );
+    assert!(text.contains("+0.2  "), "the shift of u that was made: {text}");
     assert!(summary.reaches(FailOn::Drift));
     let promise = Promise { false_alarm_every_h: 24.0, decisions: 17_280.0, confidence: 0.9 };
-    assert!(screen(&summary, Some(&promise)).contains("one false alarm in 24 h"));
+    assert!(screen(&summary, Some(&promise), &Terminal::plain()).contains("one false alarm in 24 h"));
 }
 
 #[test]
@@ -147,8 +154,8 @@ fn missing_and_manual_samples_enter_no_sum_and_are_counted() {
     assert_eq!((summary.excluded.missing, summary.excluded.manual), (20, 100));
     assert!(summary.events.is_empty(), "{:?}", summary.events);
     assert_eq!(summary.hops - summary.valid_hops, 2);
-    let text = screen(&summary, None);
-    assert!(text.contains("left out: 20 missing, 100 in manual"), "{text}");
+    let text = screen(&summary, None, &Terminal::plain());
+    assert!(text.contains("left out   20 missing, 100 in manual"), "{text}");
 }
 
 #[test]

@@ -86,7 +86,8 @@ fn the_screen_says_drift_where_and_since_when() {
     let out = drift(folder.path(), &["drift.csv", "--baseline", "baseline.toml"]);
     assert_eq!(out.status.code(), Some(0), "{}", message(&out));
     let text = String::from_utf8(out.stdout).unwrap();
-    assert!(text.contains("DRIFT since about 200 s, effort high."), "{text}");
+    assert!(text.contains("DRIFT\nIt takes more effort to hold y than it did, since about 200 s."), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     assert!(text.contains("one false alarm in 24 h"), "{text}");
     assert!(text.lines().count() < 24 && !text.contains('\u{1b}'), "one screen, no colour:\n{text}");
     assert!(out.stderr.is_empty(), "no progress bar in a pipe");
@@ -157,7 +158,7 @@ fn a_report_holds_the_command_line_and_the_drift() {
     assert!(
         page.contains("drift monitor drift.csv --baseline baseline.toml --report &#39;the report.html&#39;")
     );
-    assert!(page.contains("DRIFT since about 200 s, effort high."));
+    assert!(page.contains("<h1>It takes more effort to hold y than it did, since about 200 s.</h1>"));
     let two =
         drift(folder.path(), &["drift.csv", "--baseline", "baseline.toml", "--json", "-", "--report", "-"]);
     assert_eq!(message(&two), "error: --json and --report are both '-'; a file for each\n");

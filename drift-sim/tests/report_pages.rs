@@ -13,6 +13,7 @@ use drift_sim::physics::Term;
 use drift_sim::recording::{ColumnMap, ReadOptions, RecordingStream};
 use drift_sim::reference::Reference;
 use drift_sim::report::{Page, command_line};
+use drift_sim::sentences::Clock;
 use drift_sim::simulate::{Start, simulate};
 
 /// What a report may weigh.
@@ -110,6 +111,8 @@ fn diagnosis_page(samples: usize, drawn: usize) -> Page {
         loop_file: Path::new(NAME),
         holdout_file: None,
         columns: &columns(),
+        clock: Clock::new(None, train.duration_s()),
+        holdout_clock: Clock::default(),
     };
     page::page(&found, &case, command())
 }
@@ -138,11 +141,11 @@ fn pages_have_their_sections_and_charts() {
                 "The lines",
                 "95 % confidence of the line",
                 "95 % of healthy windows",
-                "Shewhart limits",
-                "effort: CUSUM",
-                "effort: SPRT",
-                "DRIFT since",
-                "since ",
+                "limits of one window",
+                "effort: sum of distances",
+                "effort: evidence of a shift",
+                "effort to hold y than it did, since about",
+                "badge drift",
             ],
             "calibrate" => &[
                 "The healthy lines",
@@ -157,21 +160,30 @@ fn pages_have_their_sections_and_charts() {
                 "Measured and simulated",
                 "y \u{2212} \u{177} / degC",
                 "The missing drive",
-                "level of y / degC",
-                "95 % of samples",
                 "own numbers",
                 "Rivals, and why they lost",
                 "What can&#39;t be told",
-                "The actuator delivers 70 % of what it should.",
+                "The actuator delivers 70 % of what it should since 0.69",
+                "badge cause_found",
             ],
         };
         let html = page.to_html().unwrap();
         for text in wanted {
-            assert!(html.contains(text), "{name} lacks '{text}'; its verdict: {}", page.verdict);
+            assert!(html.contains(text), "{name} lacks '{text}'; its answer: {}", page.answer.sentence);
         }
         assert!(html.contains("<h1>") && html.contains("<code>drift --columns"), "{name}");
         let figures = html.matches("<figure class=\"chart\"").count();
-        assert!(figures >= 3 && html.matches("<noscript>").count() == figures, "{name}: {figures} charts");
+        assert!(
+            figures >= 2 && html.matches("class=\"still\"").count() == figures,
+            "{name}: {figures} charts"
+        );
+        // The proof, for a wide page and for a narrow one; every picture says what it shows.
+        let pictures = html.matches("<svg class=\"plot\"").count();
+        assert_eq!(pictures, figures + 2, "{name}");
+        for tag in ["<title id=", "<desc id="] {
+            assert_eq!(html.matches(tag).count(), pictures, "{name}: {tag}");
+        }
+        assert_eq!(page.answer.numbers.len(), 3, "{name}: {:?}", page.answer.numbers);
     }
 }
 

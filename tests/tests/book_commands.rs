@@ -42,7 +42,7 @@ fn session(commands: &[&Block], folder: &Path, path: &str) -> Vec<String> {
         script += &format!("{}\necho '{MARK}'\n", block.text);
     }
     let mut bash = Command::new("bash");
-    bash.arg("-c").arg(script).current_dir(folder).env("PATH", path).stdin(Stdio::null());
+    bash.arg("-c").arg(script).current_dir(folder).env("PATH", path).env("LC_ALL", "C").stdin(Stdio::null());
     let output = bash.output().unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();
     let done = printed.matches(MARK).count();

@@ -7,7 +7,8 @@ use super::detector;
 use super::{Calibration, ChannelFit, Signals};
 use crate::plot::{Colour, Figure, Layer, Marker, Panel};
 use crate::recording::ColumnMap;
-use crate::report::{self, Block, Cloud, Page, Section, interval, number};
+use crate::report::{self, Block, Cloud, Page, Proof, Section};
+use crate::sentences::{self, ends, plain};
 
 /// Recordings whose signals are drawn.
 const DRAWN: usize = 6;
@@ -20,7 +21,9 @@ impl Calibration {
         let names: Vec<&str> = recordings.iter().map(|r| file_name(r.name)).collect();
         Page {
             title: format!("Calibration on {}", names.join(", ")),
-            verdict: self.verdict(),
+            about: format!("learnt from {}", names.join(", ")),
+            answer: sentences::calibration(self),
+            proof: self.proof(),
             command,
             facts: self.facts(recordings),
             sections: vec![
@@ -33,26 +36,24 @@ impl Calibration {
         }
     }
 
-    fn verdict(&self) -> String {
-        let channels: Vec<String> = self.channels.iter().map(|c| c.kind.name().replace('_', " ")).collect();
-        let mut text = format!(
-            "{} healthy windows of {} s give the baseline of {}.",
-            self.file.calibration.windows,
-            number(self.file.timing.window_s()),
-            channels.join(", ")
-        );
-        if let Some(promise) = &self.file.promise {
-            text += &format!(
-                " Its thresholds are made for one false alarm in {} h; {} of 100 such calibrations are aimed to keep that.",
-                number(promise.false_alarm_every_h),
-                number(100.0 * promise.confidence)
-            );
+    /// The channel whose line is the sharpest: its windows, line and bands.
+    fn proof(&self) -> Option<Proof> {
+        let sharpest = self.channels.iter().max_by(|a, b| a.fit.r2.total_cmp(&b.fit.r2))?;
+        let name = sharpest.kind.name().replace('_', " ");
+        let panels = vec![self.plane(sharpest), self.residual_panel(sharpest)];
+        let mut panels: Vec<Panel> =
+            panels.into_iter().map(|p| Panel { title: String::new(), ..p }).collect();
+        if let Some(last) = panels.last_mut() {
+            last.x_label = "window".into();
         }
-        match self.warnings.len() {
-            0 => text,
-            1 => text + " There is a warning below.",
-            n => text + &format!(" There are {n} warnings below."),
-        }
+        Some(Proof {
+            figure: Figure::grid("", 1, panels),
+            title: format!("The healthy windows of the channel {name}, and its line"),
+            caption: format!(
+                "The channel {name}. Above: one point a window, the healthy line, and the band in which 95 % of healthy windows lie. \
+                 Below: how far each window lies from the line, with the limits beyond which a window is an alarm."
+            ),
+        })
     }
 
     fn facts(&self, recordings: &[Signals<'_>]) -> Vec<(String, String)> {
@@ -60,15 +61,15 @@ impl Calibration {
         let mut facts: Vec<(String, String)> = recordings
             .iter()
             .map(|r| {
-                let length = number(r.r.len() as f64 * r.sample_time_s);
+                let length = plain(r.r.len() as f64 * r.sample_time_s, 6);
                 let text = format!("{}: {} samples, {length} s", r.name, r.r.len());
                 ("Recording".to_owned(), text)
             })
             .collect();
         let windows = format!(
             "{} s, a decision every {} s; {} left out for too few valid samples",
-            number(timing.window_s()),
-            number(timing.hop_s()),
+            plain(timing.window_s(), 4),
+            plain(timing.hop_s(), 4),
             self.invalid_windows
         );
         facts.push(("Windows".into(), windows));
@@ -83,26 +84,40 @@ impl Calibration {
             let fit = &c.fit;
             vec![
                 c.kind.name().replace('_', " "),
-                number(fit.b0),
-                interval(fit.b0_ci95_wide()),
-                number(fit.b1),
-                interval(fit.b1_ci95_wide()),
-                number(fit.r2),
-                number(fit.rmse),
-                number(c.lag1),
-                number(c.n_effective),
-                number(c.skewness),
+                between(fit.b0_ci95_wide()),
+                between(fit.b1_ci95_wide()),
+                plain(fit.r2, 3),
+                plain(fit.rmse, 3),
+                plain(c.lag1, 2),
+                plain(c.n_effective, 3),
+                plain(c.skewness, 2),
             ]
         };
-        let head = ["channel", "b0", "95 %", "b1", "95 %", "R\u{b2}", "RMSE", "lag-1", "n_eff", "skewness"];
+        let head = [
+            "channel",
+            "b0, 95 % interval",
+            "b1, 95 % interval",
+            "R\u{b2}",
+            "scatter",
+            "correlation with the window before",
+            "independent windows",
+            "skewness",
+        ];
         let mut blocks = vec![Block::table(head, self.channels.iter().map(row).collect())];
         if !self.warnings.is_empty() {
-            blocks.push(Block::Text("Warnings".into()));
-            blocks.push(Block::List(self.warnings.clone()));
+            let (asked, known): (Vec<String>, Vec<String>) =
+                self.warnings.iter().cloned().partition(|warning| sentences::asks_for_action(warning));
+            for (title, list) in [("What could be better", asked), ("What the thresholds allow for", known)] {
+                if !list.is_empty() {
+                    blocks.push(Block::Text(title.into()));
+                    blocks.push(Block::List(list));
+                }
+            }
         }
         blocks.push(Block::Note(
-            "value = b0 + b1 x. The intervals allow for correlated windows and unequal scatter (Newey and West 1987). lag-1 is \
-             the correlation of neighbouring residuals, n_eff the independent windows that all are worth.".into(),
+            "A channel's value is b0 + b1 x, give or take the scatter. The intervals allow for correlated windows and unequal \
+             scatter (Newey and West 1987). Independent windows: what all windows are worth, for neighbours resemble each other."
+                .into(),
         ));
         Section::new("The healthy lines", blocks)
     }
@@ -119,15 +134,21 @@ impl Calibration {
         x.zip(&fit.fit.residuals).map(|(x, residual)| (x, fit.fit.at(x) + residual)).collect()
     }
 
+    /// One in so many windows is drawn.
+    fn every(&self) -> usize {
+        self.windows.len().div_ceil(PLANE).max(1)
+    }
+
+    fn plane(&self, fit: &ChannelFit) -> Panel {
+        let points = self.points(fit).into_iter().step_by(self.every()).collect();
+        let cloud =
+            Cloud { name: "healthy window".into(), colour: Colour::Grey, marker: Marker::Dot, points };
+        report::plane(&fit.entry().channel, vec![cloud], &[])
+    }
+
     fn planes(&self) -> Section {
-        let every = self.windows.len().div_ceil(PLANE).max(1);
-        let panel = |fit: &ChannelFit| {
-            let points = self.points(fit).into_iter().step_by(every).collect();
-            let cloud =
-                Cloud { name: "healthy window".into(), colour: Colour::Grey, marker: Marker::Dot, points };
-            report::plane(&fit.entry().channel, vec![cloud], &[])
-        };
-        let panels = self.channels.iter().map(panel).collect();
+        let every = self.every();
+        let panels = self.channels.iter().map(|fit| self.plane(fit)).collect();
         let mut caption = "One point a window, with the healthy line, the band where the line itself lies (95 % confidence) and \
                            the one where 95 % of healthy windows lie."
             .to_owned();
@@ -153,10 +174,10 @@ impl Calibration {
                 "One false alarm per {} h is one in {} decisions, of all channels and detectors together. A shift of one sigma in \
                  one channel is found after {} decisions ({} s) on average, {:.0} % later than exact knowledge of the healthy loop \
                  would.",
-                number(promise.false_alarm_every_h),
-                number(promise.decisions),
-                number(self.cost.delay),
-                number(self.cost.delay * self.file.timing.hop_s()),
+                plain(promise.false_alarm_every_h, 4),
+                plain(promise.decisions, 4),
+                plain(self.cost.delay, 3),
+                plain(self.cost.delay * self.file.timing.hop_s(), 3),
                 100.0 * (self.cost.delay / self.cost.delay_exact - 1.0)
             )));
         }
@@ -166,7 +187,7 @@ impl Calibration {
     fn residuals(&self, names: &[&str]) -> Section {
         let panels: Vec<Panel> = self.channels.iter().map(|fit| self.residual_panel(fit)).collect();
         let mut caption =
-            "Each healthy window's residual in standard deviations, and its Shewhart limits.".to_owned();
+            "How far each healthy window lies from the line, over the healthy scatter. Beyond the dashed limits a single window is an alarm.".to_owned();
         if names.len() > 1 {
             caption += " Upright lines: where a recording ends and the next one begins.";
         }
@@ -185,9 +206,9 @@ impl Calibration {
             f64::from(baseline.standardise(x, baseline.residual(x, value)))
         };
         let points = self.points(fit).into_iter().enumerate().map(|(i, p)| (i as f64, z(p))).collect();
-        let mut layers = vec![Layer::line("residual", Colour::Purple, points)];
+        let mut layers = vec![Layer::line("one window", Colour::Purple, points)];
         if let Some(s) = detectors.shewhart {
-            for (y, name) in [(s.upper, "Shewhart limits"), (s.lower, "")] {
+            for (y, name) in [(s.upper, "limits of one window"), (s.lower, "")] {
                 let y = f64::from(y);
                 layers.push(Layer::HorizontalLine {
                     y,
@@ -209,7 +230,7 @@ impl Calibration {
         }));
         Panel {
             title: fit.kind.name().replace('_', " "),
-            y_label: "z, sigmas".into(),
+            y_label: "distance / sigma".into(),
             layers,
             ..Panel::default()
         }
@@ -241,6 +262,14 @@ fn signals(recordings: &[Signals<'_>], columns: &ColumnMap) -> Section {
         blocks.push(Block::Note(format!("Of {} recordings the first {DRAWN} are drawn.", recordings.len())));
     }
     Section::new("The recordings", blocks)
+}
+
+fn between([low, high]: [f64; 2]) -> String {
+    ends(low, high)
+}
+
+fn limits(low: f32, high: f32) -> String {
+    format!("{} to {}", plain(low.into(), 3), plain(high.into(), 3))
 }
 
 fn file_name(path: &str) -> &str {

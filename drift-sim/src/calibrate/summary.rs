@@ -1,100 +1,69 @@
 //! A calibration for people (one screen) and for programs (JSON, schema `drift.calibration/1`).
 
-use std::fmt::Write as _;
-
 use drift_core::Detectors;
 use serde_json::{Value, json};
 
 use super::Calibration;
 use super::detector::{self, Designed};
+use crate::sentences::{self, line, plain};
+use crate::terminal::Terminal;
 
 impl Calibration {
-    /// One screen of text.
-    pub fn to_text(&self) -> String {
-        let mut text = String::new();
-        // Writing into a String can't fail.
-        let _ = self.write_text(&mut text);
-        text
-    }
-
-    fn write_text(&self, text: &mut String) -> std::fmt::Result {
-        let timing = &self.file.timing;
-        let windows = self.file.calibration.windows;
+    /// One screen of text: the answer, the channels' lines and limits, what could be better and what is allowed for.
+    pub fn to_text(&self, terminal: &Terminal) -> String {
+        let mut text = terminal.answer(&sentences::calibration(self));
         if let Some(reason) = &self.timing.reason {
-            writeln!(text, "{reason}")?;
+            text += &terminal.wrapped("  ", reason);
         }
-        writeln!(
-            text,
-            "{windows} healthy windows of {} s, a decision every {} s",
-            number(timing.window_s()),
-            number(timing.hop_s())
-        )?;
-        writeln!(
-            text,
-            "\n{:13} {:>11} {:>23} {:>11} {:>23} {:>6} {:>9} {:>6} {:>6}",
-            "channel", "b0", "95 %", "b1", "95 %", "R^2", "RMSE", "lag-1", "n_eff"
-        )?;
+        text += &format!(
+            "\n{:13} {:>6} {:>10} {:>12}  healthy line\n",
+            "channel", "R^2", "scatter", "independent"
+        );
         for channel in &self.channels {
             let fit = &channel.fit;
-            writeln!(
-                text,
-                "{:13} {:>11} {:>23} {:>11} {:>23} {:>6.3} {:>9} {:>6.2} {:>6.0}",
+            let before = format!(
+                "{:13} {:>6.3} {:>10} {:>12}  ",
                 channel.kind.name(),
-                number(fit.b0),
-                interval(fit.b0_ci95_wide()),
-                number(fit.b1),
-                interval(fit.b1_ci95_wide()),
                 fit.r2,
-                number(fit.rmse),
-                channel.lag1,
-                channel.n_effective,
-            )?;
-        }
-        for channel in self.channels.iter().filter(|c| c.memory.order > 0) {
-            writeln!(
-                text,
-                "{} remembers {} windows; {:.0} % of a lasting shift stay visible",
-                channel.kind.name(),
-                channel.memory.order,
-                100.0 * channel.memory.visible(),
-            )?;
+                terminal.text(&plain(fit.rmse, 3)),
+                plain(channel.n_effective, 3)
+            );
+            let memory = match channel.memory.order {
+                0 => String::new(),
+                order => format!("; remembers {order} windows"),
+            };
+            text += &terminal.wrapped(&before, &format!("{}{memory}", line(fit.b0, fit.b1)));
         }
         let effort = self.channels.iter().find(|c| c.operating_point.counts());
         if let Some((channel, point)) = effort.zip(self.file.operating_point.as_ref()) {
             let weight = f64::from(channel.operating_point.weight);
             let per = |(scale, name): (&f32, &String)| {
-                format!("{} per unit of {name}", number(weight * f64::from(*scale)))
+                format!("{} per unit of {name}", plain(weight * f64::from(*scale), 4))
             };
             let terms: Vec<String> = point.scales.iter().zip(&point.columns).map(per).collect();
-            writeln!(text, "{} goes with the operating point: {}", channel.kind.name(), terms.join(", "))?;
+            let said = format!("{} goes with the operating point: {}", channel.kind.name(), terms.join(", "));
+            text += &terminal.wrapped("  ", &said);
         }
-        writeln!(text, "\n{:13} alarms in sigmas", "channel")?;
+        text += "\nalarm, in sigma\n";
         for channel in &self.channels {
-            writeln!(text, "{:13} {}", channel.kind.name(), thresholds(&channel.detectors))?;
+            text +=
+                &terminal.wrapped(&format!("{:13} ", channel.kind.name()), &thresholds(&channel.detectors));
         }
-        if let Some(promise) = &self.file.promise {
-            writeln!(
-                text,
-                "\none false alarm per {} h = {} decisions, all channels and detectors together; the thresholds aim for {} of 100 such calibrations to keep it (of simulated loops, asked for 90 at 500 decisions, 93 or more did from 200 windows)",
-                number(promise.false_alarm_every_h),
-                number(promise.decisions),
-                number(100.0 * promise.confidence),
-            )?;
-            writeln!(
-                text,
-                "a shift of 1 sigma in one channel is found after {} decisions ({} s), {:.0} % later than exact knowledge would",
-                number(self.cost.delay),
-                number(self.cost.delay * timing.hop_s()),
-                100.0 * (self.cost.delay / self.cost.delay_exact - 1.0),
-            )?;
-            if promise.decisions * self.cost.run_length_factor > f64::from(windows) {
-                writeln!(
-                    text,
-                    "rarer than the {windows} windows can show: the thresholds are extrapolated along the residuals' fitted tails"
-                )?;
-            }
+        let rare = self.file.promise.as_ref().is_some_and(|promise| {
+            promise.decisions * self.cost.run_length_factor > f64::from(self.file.calibration.windows)
+        });
+        text.push('\n');
+        for warning in self.warnings.iter().filter(|warning| sentences::asks_for_action(warning)) {
+            text += &terminal.wrapped("warning: ", warning);
         }
-        self.warnings.iter().try_for_each(|warning| writeln!(text, "warning: {warning}"))
+        for note in self.warnings.iter().filter(|warning| !sentences::asks_for_action(warning)) {
+            text += &terminal.wrapped("note: ", note);
+        }
+        if rare {
+            let said = "such rare alarms can't be seen in these windows: the thresholds are extrapolated along the residuals' fitted tails";
+            text += &terminal.wrapped("note: ", said);
+        }
+        text
     }
 
     /// The same and more as JSON.
@@ -145,22 +114,4 @@ impl Calibration {
 fn thresholds(of: &Detectors) -> String {
     let row = |row: &&dyn Designed| Some(format!("{} {}", row.name(), row.thresholds(of)?));
     detector::ROWS.iter().filter_map(row).collect::<Vec<_>>().join(", ")
-}
-
-fn interval([low, high]: [f64; 2]) -> String {
-    format!("{} {}", number(low), number(high))
-}
-
-/// Four digits.
-fn number(x: f64) -> String {
-    let size = x.abs();
-    if x == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e5).contains(&size) {
-        let places = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let text = format!("{x:.places$}");
-        if places > 0 { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else {
-        format!("{x:.3e}")
-    }
 }

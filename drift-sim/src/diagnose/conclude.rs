@@ -9,6 +9,7 @@ use super::controller_replay::ControllerReplay;
 use super::fit::Fit;
 use super::missing_drive::{self, MissingDrive};
 use super::model::{self, Target};
+use super::prove::FitPct;
 use super::select::{Scored, Winner};
 use super::signals::Signals;
 use super::whiten::independent_share;
@@ -19,6 +20,10 @@ use super::{
 
 /// What refitted numbers must gain to be called other numbers.
 const REFIT_GAIN: f64 = 20.0;
+
+/// Part of the error of u that refitted numbers must take away, on what was fitted and on unseen data, to be called other numbers:
+/// below it nobody would notice.
+const REFIT_CLOSER: f64 = 0.1;
 
 /// Fit of unseen y, per cent, that an identified plant must reach for anything to be said: half of the variance.
 const FOLLOWED: f64 = 29.3;
@@ -113,6 +118,13 @@ impl Case<'_> {
             && parameters.iter().any(|p| {
                 (p.value - p.nominal).abs() > p.half_width && (p.value / p.nominal - 1.0).abs() > 0.005
             });
+        let fits = |signals: &Signals| Fits {
+            nominal: fit_pct(self.nominal, signals),
+            before: fit_pct(&refitted, signals),
+            after: fit_pct(&improved, signals),
+        };
+        let (train, holdout) = (fits(self.train), fits(self.holdout));
+        let changed = changed && is_closer(&train) && is_closer(&holdout);
         let verdict = match (physics.is_empty(), located, changed) {
             (false, _, _) => Verdict::MissingPhysics,
             (true, Some(_), _) => Verdict::Located,
@@ -120,12 +132,6 @@ impl Case<'_> {
             (true, None, false) => Verdict::NoMismatch,
         };
         let place = physics.first().map(|p| p.term.kind.place).or(located);
-        let fits = |signals: &Signals| Fits {
-            nominal: fit_pct(self.nominal, signals),
-            before: fit_pct(&refitted, signals),
-            after: fit_pct(&improved, signals),
-        };
-        let holdout = fits(self.holdout);
         let known_law = self.nominal.controller != Controller::Recorded;
         let not_followed = match known_law && !physics.is_empty() {
             true => self.far_off(&base),
@@ -158,7 +164,7 @@ impl Case<'_> {
             untestable,
             candidates: Vec::new(),
             rivals: Vec::new(),
-            train: fits(self.train),
+            train,
             holdout,
             improvement,
             cycle_s: cycle.map(|samples| samples as f64 * self.holdout.sample_time_s),
@@ -170,6 +176,17 @@ impl Case<'_> {
             controller,
             missing_drive: missing,
         })
+    }
+}
+
+/// Whether the closed loop with refitted numbers comes closer by more than anyone would overlook; where it can't be simulated as it
+/// came, any number is better.
+fn is_closer(fits: &Fits) -> bool {
+    let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+    match (fits.nominal.map(error), fits.before.map(error)) {
+        (Some(stated), Some(refitted)) => stated - refitted > REFIT_CLOSER * stated,
+        (None, refitted) => refitted.is_some(),
+        (Some(_), None) => false,
     }
 }
 

@@ -2,6 +2,7 @@
 //! on, with the mean of what the found physics explains.
 
 use crate::plot::{Colour, Layer, Marker, Panel};
+use crate::sentences::Clock;
 
 use super::missing_drive::MissingDrive;
 use super::signals::{Signals, deviation};
@@ -16,10 +17,13 @@ const POINTS: usize = 4000;
 const NORMAL_95: f64 = 1.96;
 
 /// Where the missing drive lies, with 95 % confidence.
-pub(super) fn estimate(train: &Signals, missing: &MissingDrive) -> Layer {
+pub(super) fn estimate(clock: &Clock, train: &Signals, missing: &MissingDrive) -> Layer {
     let edge = |side: f64| -> Vec<(f64, f64)> {
         let at = |(i, x): (usize, &f64)| {
-            (train.start_s + i as f64 * train.sample_time_s, x + side * NORMAL_95 * missing.deviation)
+            (
+                clock.axis(train.start_s + i as f64 * train.sample_time_s),
+                x + side * NORMAL_95 * missing.deviation,
+            )
         };
         missing.value.iter().enumerate().map(at).collect()
     };
@@ -72,13 +76,18 @@ impl Cloud<'_> {
 
 /// The range to show where a few values would hide the others: all but one in two hundred, and half as much again on both sides.
 pub(super) fn usual(values: &[f64]) -> Option<(f64, f64)> {
+    within(values, 4.0)
+}
+
+/// The same where all values span more than `most` times as much as the usual ones.
+pub(super) fn within(values: &[f64], most: f64) -> Option<(f64, f64)> {
     let mut known: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     known.sort_by(f64::total_cmp);
     let few = known.len() / 400;
     let (least, low) = (*known.first()?, *known.get(few)?);
     let (greatest, high) = (*known.last()?, *known.get(known.len() - 1 - few)?);
     let span = high - low;
-    (span > 0.0 && greatest - least > 4.0 * span).then_some((low - 0.5 * span, high + 0.5 * span))
+    (span > 0.0 && greatest - least > most * span).then_some((low - 0.5 * span, high + 0.5 * span))
 }
 
 /// Samples of about one x.

@@ -6,8 +6,8 @@
 //! them holds for a drive that is correlated from sample to sample.
 
 use crate::control_loop::Loop;
-use crate::physics::shown;
 use crate::plant::Plant;
+use crate::sentences::Clock;
 
 use super::Diagnosis;
 use super::features;
@@ -137,14 +137,16 @@ pub fn depends_on(model: &Loop, missing: &MissingDrive, signals: &Signals) -> Ve
 
 impl Diagnosis {
     /// When the mismatch shows and on what it depends, in words.
-    pub fn located(&self) -> Vec<(&'static str, String)> {
-        let spans: Vec<String> = self
-            .spans
+    pub fn located(&self, clock: &Clock, start_s: f64) -> Vec<(&'static str, String)> {
+        // The refitted numbers are off before a fault begins, too: what is missing shows from then on.
+        let onset_s = self.physics.first().map_or(0.0, |named| named.term.onset_s);
+        let shown: Vec<&MismatchSpan> = self.spans.iter().filter(|span| span.to_s > onset_s).collect();
+        let spans: Vec<String> = shown
             .iter()
             .take(TOLD)
-            .map(|span| format!("{} to {} s", shown(span.from_s, ""), shown(span.to_s, "")))
+            .map(|span| clock.span(start_s + span.from_s.max(onset_s), start_s + span.to_s))
             .collect();
-        let more = self.spans.len().saturating_sub(TOLD);
+        let more = shown.len().saturating_sub(TOLD);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         let on: Vec<String> = self
             .depends_on

@@ -2,18 +2,21 @@
 
 use std::path::Path;
 
-use crate::physics::{self, Place, UnitNames, digits, significant};
+use crate::physics::{self, UnitNames};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
-use crate::report::{Block, Chart, Page, Section, number};
+use crate::report::{Block, Chart, Page, Proof, Section};
+use crate::sentences::{self, Clock, ends, fit, percent, plain, with_unit};
 use crate::simulate::Trace;
 
-use super::drive_charts::{Cloud, estimate, usual};
+use super::drive_charts::{Cloud, estimate, usual, within};
 use super::signals::Signals;
-use super::{Diagnosis, Fits, HELD_OUT, MOST_SAMPLES, Named, Rejected, Verdict, features, prove};
+use super::{Diagnosis, Fits, HELD_OUT, MOST_SAMPLES, Named, Rejected, features, prove};
 
 /// The axis that charts over the shown recording share.
 const TIME: &str = "time";
+/// An improvement below, in percentage points, is nothing that a reader could use.
+const LEAST_POINTS: f64 = 0.01;
 
 /// What was diagnosed, and what the page calls it.
 #[derive(Debug, Clone, Copy)]
@@ -30,21 +33,52 @@ pub struct Case<'a> {
     pub holdout_file: Option<&'a Path>,
     /// What the recordings call their signals.
     pub columns: &'a ColumnMap,
+    /// How the first recording tells the time.
+    pub clock: Clock,
+    /// How the second one does.
+    pub holdout_clock: Clock,
+}
+
+impl Case<'_> {
+    /// The time that onsets count from.
+    fn start_s(&self) -> f64 {
+        self.train.start_s - self.train.origin_s
+    }
+
+    /// The recording that is drawn, and its clock.
+    fn drawn(&self) -> (&Signals, &Clock) {
+        self.holdout.map_or((self.train, &self.clock), |holdout| (holdout, &self.holdout_clock))
+    }
 }
 
 /// The whole page; `command` is the command line.
 pub fn page(found: &Diagnosis, case: &Case<'_>, command: String) -> Page {
-    let writing = Writing { found, case, units: found.nominal.unit_names() };
+    let writing = Writing { found, case, units: found.nominal.unit_names(), runs: Runs::of(found, case) };
     let name = case.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut sections = vec![writing.physics(), writing.fits(), writing.runs()];
     sections.extend(writing.drive());
     sections.extend([writing.parameters(), writing.rivals(), writing.untold()]);
     Page {
         title: format!("Diagnosis of {name}"),
-        verdict: writing.verdict(),
+        about: writing.about(&name),
+        answer: sentences::diagnosis(found, &case.clock, case.start_s()),
+        proof: writing.proof(),
         command,
         facts: writing.facts(),
         sections,
+    }
+}
+
+/// The closed loop simulated over what is drawn, without what was found and with it.
+struct Runs {
+    before: Option<Trace>,
+    after: Option<Trace>,
+}
+
+impl Runs {
+    fn of(found: &Diagnosis, case: &Case<'_>) -> Self {
+        let run = |model| prove::run(model, case.drawn().0, 0);
+        Self { before: run(&found.refitted), after: run(&found.improved) }
     }
 }
 
@@ -52,55 +86,100 @@ struct Writing<'a> {
     found: &'a Diagnosis,
     case: &'a Case<'a>,
     units: UnitNames,
+    runs: Runs,
 }
 
+/// What the simulation as it came is called, and with what was found.
+const WITHOUT: &str = "simulated without it";
+const WITH: &str = "simulated with it";
+/// The same where nothing was found.
+const SIMULATED: &str = "simulated";
+
 impl Writing<'_> {
-    fn verdict(&self) -> String {
-        let found = self.found;
-        let (data, fits) = match found.holdout.after {
-            Some(_) => ("On unseen data", found.holdout),
-            None => ("Over the recording, nothing being held out,", found.train),
-        };
-        let gain = match (fits.before, fits.after) {
-            (Some(a), Some(b)) => match (a.u_pct, b.u_pct) {
-                (Some(a), Some(b)) => format!(" {data} the fit of u goes from {a:.1} % to {b:.1} %."),
-                _ => format!(" {data} the fit of y goes from {:.1} % to {:.1} %.", a.y_pct, b.y_pct),
-            },
-            _ => String::new(),
-        };
-        match found.verdict {
-            Verdict::NoMismatch | Verdict::Parameters if found.far_off => {
-                "Nothing can be said: the plant that could be identified does not follow y where it has not seen it.".into()
-            }
-            Verdict::Undecided => {
-                "This recording can't tell: too little moves in it, or too much is unknown, to prove or to exclude anything.".into()
-            }
-            Verdict::NoMismatch => {
-                "The model explains the recording; nothing is missing that it could show.".into()
-            }
-            Verdict::Parameters => {
-                format!("The model is right, its numbers are not: refitted, it explains the recording.{gain}")
-            }
-            Verdict::Located => format!(
-                "Something is missing at the {}, but this recording can't tell what.",
-                found.place.map_or("loop", Place::name)
-            ),
-            Verdict::MissingPhysics => {
-                let rest = if found.far_off {
-                    " More is missing: the loop stays far from what was measured."
-                } else {
-                    ""
-                };
-                found.physics.iter().map(|p| p.term.says(&self.units)).collect::<Vec<_>>().join(" ")
-                    + &gain
-                    + rest
-            }
+    fn about(&self, name: &str) -> String {
+        let case = self.case;
+        let length = format!("{name}, {} s", plain(case.train.duration_s(), 4));
+        match case.holdout_file.and_then(Path::file_name) {
+            Some(file) => format!("{length}; proved on {}", file.to_string_lossy()),
+            None => format!("{length}; proved on its last {} %", plain(100.0 * HELD_OUT, 3)),
         }
     }
 
+    /// Whether something was found that the simulation is run with and without.
+    fn differs(&self) -> bool {
+        !self.found.physics.is_empty()
+    }
+
+    /// u (y where the law is not known) as measured and as simulated, and below what each leaves.
+    fn proof(&self) -> Option<Proof> {
+        let (signals, clock) = self.case.drawn();
+        let known_law = self.found.improved.controller != crate::controller::Controller::Recorded;
+        let (letter, unit, measured) =
+            if known_law { ("u", &self.units.u, &signals.u) } else { ("y", &self.units.y, &signals.y) };
+        let of = |trace: &Trace| if known_law { trace.u.clone() } else { trace.y.clone() };
+        let after = self.runs.after.as_ref().map(&of)?;
+        let before = self.runs.before.as_ref().map(&of).filter(|_| self.differs());
+        let line = |name: &str, colour, x: &[f64]| self.signal(name, colour, signals, x);
+        let off = |x: &[f64]| -> Vec<f64> { measured.iter().zip(x).map(|(a, b)| a - b).collect() };
+        let name = if before.is_some() { WITH } else { SIMULATED };
+        let mut above = vec![line("measured", Colour::Grey, measured)];
+        let mut below = Vec::new();
+        for (name, colour, x) in
+            before.iter().map(|x| (WITHOUT, Colour::Vermilion, x)).chain([(name, Colour::Blue, &after)])
+        {
+            above.push(line(name, colour, x));
+            below.push(line("", colour, &off(x)));
+        }
+        let panel = |y_label: String, layers: Vec<Layer>| Panel {
+            y_label,
+            layers: layers.into_iter().chain(self.onsets()).collect(),
+            x_dates: clock.zero_s.is_some(),
+            ..Panel::default()
+        };
+        let difference = format!("{letter} measured \u{2212} simulated");
+        let y_range = within(&before.as_deref().map_or_else(|| off(&after), off), 1.5);
+        let mut lower =
+            Panel { x_label: clock.label().into(), y_range, ..panel(named(&difference, unit), below) };
+        // Named above already.
+        for layer in &mut lower.layers {
+            if let Layer::Span { name, .. } | Layer::VerticalLine { name, .. } = layer {
+                name.clear();
+            }
+        }
+        let what = if letter == "u" { "the controller's output u" } else { "the measured y" };
+        let title = format!("{letter} as measured and as simulated, and the difference");
+        let outside = if y_range.is_some() { " A few spikes lie outside the frame." } else { "" };
+        let caption = match &before {
+            Some(_) => format!(
+                "Above: {what}, measured, and simulated without and with what was found. Below: what each simulation misses. \
+                 Where a model is right, only noise is left."
+            ),
+            None => format!(
+                "Above: {what}, measured and simulated. Below: the difference. Where a model is right, only noise is left."
+            ),
+        };
+        let caption = caption + outside;
+        Some(Proof {
+            figure: Figure::stacked("", vec![panel(named(letter, unit), above), lower]),
+            title,
+            caption,
+        })
+    }
+
+    fn signal(&self, name: &str, colour: Colour, signals: &Signals, x: &[f64]) -> Layer {
+        let clock =
+            if std::ptr::eq(signals, self.case.train) { &self.case.clock } else { self.case.drawn().1 };
+        Layer::signal(name, colour, clock.axis(signals.start_s), clock.axis_length(signals.sample_time_s), x)
+    }
+
     fn facts(&self) -> Vec<(String, String)> {
-        let length =
-            |signals: &Signals| format!("{} samples at {} s", signals.len(), number(signals.sample_time_s));
+        let length = |signals: &Signals| {
+            format!(
+                "{} samples, one every {} s",
+                plain(signals.len() as f64, 9),
+                plain(signals.sample_time_s, 4)
+            )
+        };
         let case = self.case;
         let mut facts = vec![
             ("Recording".into(), format!("{}, {}", case.recording.display(), length(case.train))),
@@ -115,11 +194,16 @@ impl Writing<'_> {
             "Unseen data".into(),
             match (case.holdout, case.holdout_file) {
                 (Some(signals), Some(file)) => format!("{}, {}", file.display(), length(signals)),
-                _ => format!("the last {} % of the recording", number(100.0 * HELD_OUT)),
+                _ => format!("the last {} % of the recording", plain(100.0 * HELD_OUT, 3)),
             },
         ));
         facts.push(("Place".into(), self.found.place.map_or("none".into(), |p| p.name().into())));
-        facts.extend(self.found.located().into_iter().map(|(name, what)| (name.to_owned(), what)));
+        facts.extend(
+            self.found
+                .located(&case.clock, case.start_s())
+                .into_iter()
+                .map(|(name, what)| (name.to_owned(), what)),
+        );
         facts
     }
 
@@ -128,35 +212,37 @@ impl Writing<'_> {
         if self.found.physics.is_empty() {
             blocks.push(Block::Text("No physics is named.".into()));
         } else {
-            let head = ["physics", "place", "parameter", "value", "unit", "95 % interval"];
+            let head = ["physics", "place", "number", "value, 95 % interval"];
             let rows = self.found.physics.iter().flat_map(|p| self.parameter_rows(p)).collect();
             blocks.push(Block::table(head, rows));
-            let head = [
-                "physics",
-                "begins",
-                "gain on unseen data, standard errors",
-                "cost-corrected gain (delta BIC)",
-            ];
-            blocks.push(Block::table(head, self.found.physics.iter().map(evidence_row).collect()));
+            let head = ["physics", "begins", "how sure on unseen data"];
+            blocks
+                .push(Block::table(head, self.found.physics.iter().map(|p| self.evidence_row(p)).collect()));
+            blocks.push(Block::Note(
+                "How sure: the gain on unseen data over its own standard error; by chance alone it is below 2.".into(),
+            ));
         }
         for first in self.found.physics.iter().filter_map(Named::moved_from) {
             let says = (first.kind.says)(&first.parameters, &self.units);
-            blocks.push(Block::Note(format!("When it was named, before the terms after it: {says}")));
+            blocks.push(Block::Note(format!("When it was named, before what was found after it: {says}")));
         }
         for named in self.found.physics.iter().filter(|p| !p.term.spans.is_empty()) {
             let spans = &named.term.spans;
             blocks.push(Block::Folded {
-                title: format!("{} acts {} times", named.term.kind.name, spans.len()),
+                title: format!("{} acts {}", named.term.kind.name.replace('_', " "), times(spans.len())),
                 blocks: vec![Block::table(
-                    ["from / s", "to / s"],
-                    spans.iter().map(|(a, b)| vec![number(*a), number(*b)]).collect(),
+                    [
+                        format!("from, {}", self.case.clock.label()),
+                        format!("to, {}", self.case.clock.label()),
+                    ],
+                    spans.iter().map(|(a, b)| vec![self.cell(*a), self.cell(*b)]).collect(),
                 )],
             });
         }
         if let Some(law) = &self.found.controller {
             blocks.push(Block::Note(format!(
-                "The stated control law, replayed on the measured signals, differs from the recorded u by {} % of its variation.",
-                number(100.0 * law.relative)
+                "The stated control law, replayed on the measured r and y, misses the recorded u by {} of its variation.",
+                percent(100.0 * law.relative)
             )));
         }
         Section::new("Missing physics", blocks)
@@ -167,31 +253,52 @@ impl Writing<'_> {
         let values = kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
         values
             .map(|((parameter, value), width)| {
+                let shown = sentences::parameter(*value, *width, &self.units.unit(parameter.unit));
+                let nothing = width.is_finite() && (value - parameter.neutral).abs() <= *width;
                 vec![
                     kind.name.replace('_', " "),
                     kind.place.name().into(),
-                    parameter.name.replace('_', " "),
-                    significant(*value, digits(*value, *width)),
-                    self.units.unit(parameter.unit),
-                    around(*value, *width, "not determined, or held"),
+                    parameter.name.trim_end_matches("_per_s").replace('_', " "),
+                    match (width.is_finite(), nothing) {
+                        (false, _) => format!("{shown} (not determined, or held)"),
+                        (true, true) => format!("{shown} (may be nothing)"),
+                        (true, false) => shown,
+                    },
                 ]
             })
             .collect()
     }
 
+    fn evidence_row(&self, named: &Named) -> Vec<String> {
+        let onset = named.term.onset_s;
+        let begins = if onset > 0.0 {
+            self.case.clock.says(self.case.start_s() + onset)
+        } else {
+            "before the recording".into()
+        };
+        let sure = match named.holdout_errors {
+            errors if errors.is_finite() => plain(errors, 3),
+            _ => "not judged there".into(),
+        };
+        vec![named.term.kind.name.replace('_', " "), begins, sure]
+    }
+
+    fn cell(&self, onset_s: f64) -> String {
+        self.case.clock.cell(self.case.start_s() + onset_s)
+    }
+
     fn fits(&self) -> Section {
         let found = self.found;
-        let percent = |x: f64| format!("{x:.3}");
-        let u = |u: Option<f64>| u.map_or_else(|| "unknown law".into(), percent);
+        let u = |u: Option<f64>| u.map_or_else(|| "unknown law".into(), fit);
         let rows = |part: &str, fits: &Fits| -> Vec<Vec<String>> {
             [
                 ("as it came", fits.nominal),
-                ("before: its own numbers refitted", fits.before),
-                ("after: improved", fits.after),
+                ("its own numbers refitted", fits.before),
+                ("with what was found", fits.after),
             ]
             .into_iter()
-            .filter_map(|(name, fit)| {
-                fit.map(|f| vec![part.into(), name.into(), percent(f.y_pct), u(f.u_pct)])
+            .filter_map(|(name, found)| {
+                found.map(|f| vec![part.into(), name.into(), fit(f.y_pct), u(f.u_pct)])
             })
             .collect()
         };
@@ -201,25 +308,27 @@ impl Writing<'_> {
             all.push(vec![
                 "unseen".into(),
                 "what noise alone leaves".into(),
-                percent(floor.y_pct),
+                fit(floor.y_pct),
                 u(floor.u_pct),
             ]);
         }
         let mut blocks = vec![Block::table(["data", "model", "fit of y, %", "fit of u, %"], all)];
         if let Some(period) = self.found.cycle_s {
             blocks.push(Block::Text(format!(
-                "The loop cycles by itself: it was simulated anew every {} s, its period, for a phase drifts away however good the model.",
-                number(period)
+                "The loop cycles by itself. It was simulated anew every {} s, its period, because a phase drifts away however good the model is.",
+                plain(period, 4)
             )));
         }
-        if let Some([low, high]) = found.improvement {
+        if let Some([low, high]) = found.improvement.filter(|[low, high]| *low > 0.0 && *high >= LEAST_POINTS)
+        {
             blocks.push(Block::Text(format!(
-                "On unseen data the physics improves the fit by {low:.2} to {high:.2} points (95 %)."
+                "On unseen data what was found improves the fit by {} percentage points (95 % interval).",
+                ends(low, high)
             )));
         }
         blocks.push(Block::Note(
-            "Closed-loop simulation from r alone (from the recorded u where the law is unknown); 100 % is every sample met, 0 % \
-             is no better than the mean."
+            "The loop is simulated from r alone (from the recorded u where the law is unknown). 100 % means that every sample is \
+             met, 0 % that it is no better than the mean."
                 .into(),
         ));
         Section::new("How well the simulated loop fits", blocks)
@@ -227,98 +336,68 @@ impl Writing<'_> {
 
     /// r, y and u of the closed loop, measured and simulated.
     fn runs(&self) -> Section {
-        let signals = self.case.holdout.unwrap_or(self.case.train);
+        let (signals, clock) = self.case.drawn();
         let [r, y, u] = self.case.columns.labels();
-        let runs = [
-            ("before", Colour::Vermilion, prove::run(&self.found.refitted, signals, 0)),
-            ("after", Colour::Blue, prove::run(&self.found.improved, signals, 0)),
-        ];
-        let line = |name: String, colour, x: &[f64]| {
-            Layer::signal(name, colour, signals.start_s, signals.sample_time_s, x)
-        };
+        let line = |name: &str, colour, x: &[f64]| self.signal(name, colour, signals, x);
         let simulated = |of: &dyn Fn(&Trace) -> Vec<f64>| -> Vec<Layer> {
-            let drawn = runs.iter().filter_map(|(name, colour, run)| Some((name, *colour, run.as_ref()?)));
-            drawn
-                .map(|(name, colour, run)| match line((*name).into(), colour, &of(run)) {
-                    Layer::Line { points, name, colour, .. } if colour == Colour::Vermilion => {
-                        Layer::dashed(name, colour, points)
-                    }
-                    line => line,
-                })
-                .collect()
+            let with = if self.differs() { WITH } else { SIMULATED };
+            let before = self.runs.before.as_ref().filter(|_| self.differs());
+            let drawn = before.map(|run| line(WITHOUT, Colour::Vermilion, &of(run))).into_iter();
+            drawn.chain(self.runs.after.as_ref().map(|run| line(with, Colour::Blue, &of(run)))).collect()
         };
         let error = |t: &Trace| -> Vec<f64> { signals.y.iter().zip(&t.y).map(|(a, b)| a - b).collect() };
         let panel = |what: &str, unit: &str, layers: Vec<Layer>| Panel {
-            y_label: with_unit(what, unit),
+            y_label: named(what, unit),
             layers: layers.into_iter().chain(self.marks()).collect(),
+            x_dates: clock.zero_s.is_some(),
             ..Panel::default()
         };
         let mut outputs = vec![
-            line(r, Colour::Green, &signals.r),
-            line(format!("{y}, measured"), Colour::Grey, &signals.y),
+            line(&format!("r ({r})"), Colour::Green, &signals.r),
+            line("measured", Colour::Grey, &signals.y),
         ];
         outputs.extend(simulated(&|t| t.y.clone()));
         let control: Vec<f64> = signals.r.iter().zip(&signals.y).map(|(r, y)| r - y).collect();
-        let mut controls = vec![line("measured".into(), Colour::Grey, &control)];
+        let mut controls = vec![line("measured", Colour::Grey, &control)];
         controls.extend(simulated(&|t| signals.r.iter().zip(&t.y).map(|(r, y)| r - y).collect()));
-        let mut efforts = vec![line(format!("{u}, measured"), Colour::Grey, &signals.u)];
+        let mut efforts = vec![line("measured", Colour::Grey, &signals.u)];
         efforts.extend(simulated(&|t| t.u.clone()));
         let y_unit = &self.units.y;
         let panels = vec![
-            panel("r, y", y_unit, outputs),
+            panel(&format!("r and y ({y})"), y_unit, outputs),
             panel("e = r \u{2212} y", y_unit, controls),
             panel("y \u{2212} \u{177}", y_unit, simulated(&error)),
-            Panel { x_label: "t / s".into(), ..panel("u", &self.units.u, efforts) },
+            Panel { x_label: clock.label().into(), ..panel(&format!("u ({u})"), &self.units.u, efforts) },
         ];
         let caption = match self.case.holdout {
             Some(_) => "The second recording, which no number was fitted on.",
-            None => "The upright line: from there on nothing was fitted.",
+            None => "Nothing was fitted on the part after the upright line.",
         };
         let caption = format!(
-            "{caption} Before: the model with its own numbers refitted; after: with what was found. \u{177}: y as simulated."
+            "{caption} Without it: the model with its own numbers refitted; with it: with what was found. \u{177} is y as simulated."
         );
         let mut blocks = vec![Block::Chart(Chart {
             figure: Figure::stacked("", panels),
             caption,
             axis: Some(TIME.into()),
         })];
-        for (name, ..) in runs.iter().filter(|(.., run)| run.is_none()) {
-            blocks.push(Block::Note(format!(
-                "The model {name} can't be drawn: it diverges over this recording."
-            )));
+        for (name, run) in [("without", &self.runs.before), ("with", &self.runs.after)] {
+            if run.is_none() {
+                blocks.push(Block::Note(format!(
+                    "The model {name} what was found can't be drawn: it diverges over this recording."
+                )));
+            }
         }
         Section::new("Measured and simulated", blocks)
     }
 
     /// When found physics acts, and where the unseen part begins.
     fn marks(&self) -> Vec<Layer> {
-        let signals = self.case.holdout.unwrap_or(self.case.train);
-        let start_s = signals.start_s - signals.origin_s;
-        let mut marks = Vec::new();
-        for named in &self.found.physics {
-            let name = named.term.kind.name.replace('_', " ");
-            for (i, (from, to)) in named.term.spans.iter().enumerate() {
-                let name = if i == 0 { name.clone() } else { String::new() };
-                marks.push(Layer::Span {
-                    from: start_s + from,
-                    to: start_s + to,
-                    name,
-                    colour: Colour::Yellow,
-                });
-            }
-            if named.term.onset_s > 0.0 && self.case.holdout.is_none() {
-                marks.push(Layer::VerticalLine {
-                    x: start_s + named.term.onset_s,
-                    name: format!("{name} begins"),
-                    colour: Colour::Purple,
-                    dashed: true,
-                });
-            }
-        }
+        let (signals, clock) = self.case.drawn();
+        let mut marks = self.onsets();
         if self.case.holdout.is_none() {
-            let x = signals.start_s + (1.0 - HELD_OUT) * signals.duration_s();
             marks.push(Layer::VerticalLine {
-                x,
+                x: clock.axis(signals.start_s + (1.0 - HELD_OUT) * signals.duration_s()),
                 name: "unseen from here".into(),
                 colour: Colour::Black,
                 dashed: false,
@@ -327,49 +406,80 @@ impl Writing<'_> {
         marks
     }
 
-    /// The missing drive against time, and against what friction, springs and valves depend on.
+    /// When found physics acts.
+    fn onsets(&self) -> Vec<Layer> {
+        let (signals, clock) = self.case.drawn();
+        let at = |onset_s: f64| clock.axis(signals.start_s - signals.origin_s + onset_s);
+        let mut marks = Vec::new();
+        for found in &self.found.physics {
+            let name = found.term.kind.name.replace('_', " ");
+            for (i, (from, to)) in found.term.spans.iter().enumerate() {
+                let name = if i == 0 { name.clone() } else { String::new() };
+                marks.push(Layer::Span { from: at(*from), to: at(*to), name, colour: Colour::Yellow });
+            }
+            if found.term.onset_s > 0.0 && self.case.holdout.is_none() {
+                marks.push(Layer::VerticalLine {
+                    x: at(found.term.onset_s),
+                    name: format!("{name} begins"),
+                    colour: Colour::Purple,
+                    dashed: true,
+                });
+            }
+        }
+        marks
+    }
+
+    /// The missing drive against time; what is part of the machine from the start also against what friction, springs and valves depend on.
     fn drive(&self) -> Option<Section> {
         let missing = self.found.missing_drive.as_ref()?;
         let train = self.case.train;
-        let label = with_unit("missing drive", &self.units.drive);
-        let line = |name: &str, colour, x: &[f64]| {
-            Layer::signal(name, colour, train.start_s, train.sample_time_s, x)
-        };
+        let label = named("missing drive", &self.units.drive);
+        let line = |name: &str, colour, x: &[f64]| self.signal(name, colour, train, x);
         let left = self.found.drive_left.as_ref();
-        let mut layers = vec![estimate(train, missing)];
-        layers.push(line("before", Colour::Grey, &missing.value));
+        let mut layers = vec![estimate(&self.case.clock, train, missing)];
+        layers.push(line("missing", Colour::Grey, &missing.value));
         if let Some(left) = left {
             let explained: Vec<f64> = missing.value.iter().zip(&left.value).map(|(a, b)| a - b).collect();
             layers.push(line("explained", Colour::Blue, &explained));
-            if let Layer::Line { points, name, colour, .. } =
-                line("left after", Colour::Vermilion, &left.value)
-            {
+            if let Layer::Line { points, name, colour, .. } = line("left", Colour::Vermilion, &left.value) {
                 layers.push(Layer::dashed(name, colour, points));
             }
         }
         let y_range = usual(&missing.value);
-        let time =
-            Panel { x_label: "t / s".into(), y_label: label.clone(), layers, y_range, ..Panel::default() };
+        let in_time = self.found.physics.iter().any(|p| p.term.onset_s > 0.0 || !p.term.spans.is_empty());
+        if self.case.holdout.is_none() {
+            layers.extend(self.onsets());
+        }
+        let time = Panel {
+            x_label: self.case.clock.label().into(),
+            x_dates: self.case.clock.zero_s.is_some(),
+            y_label: label.clone(),
+            layers,
+            y_range,
+            ..Panel::default()
+        };
         let axis = if self.case.holdout.is_none() { TIME } else { "training time" };
         let over_time = Chart {
             figure: Figure::stacked("", vec![time]),
             caption: format!(
-                "What the recorded motion needed beyond what the refitted model applied, and what the found physics explains of it. \
-                 Standard deviation of the estimate: {} {}.",
-                number(missing.deviation),
-                self.units.drive
+                "What the recorded motion needed beyond what the refitted model applied, what is explained of it by what was \
+                 found, and what is left. The estimate itself scatters by {} (one standard deviation).",
+                with_unit(plain(missing.deviation, 2), &self.units.drive)
             ),
             axis: Some(axis.into()),
         };
+        if in_time {
+            return Some(Section::new("The missing drive", vec![Block::Chart(over_time)]));
+        }
         let (position, speed) = features::motion(&self.found.nominal, train);
         let servo = matches!(self.found.nominal.plant, crate::plant::Plant::Servo(_));
         let (x, v) = if servo { ("position", "speed") } else { ("level of y", "rate of y") };
         let left = left.map(|l| l.value.as_slice());
         let cloud = Cloud { missing: &missing.value, left, label: &label, y_range };
         let panels = vec![
-            cloud.against(&speed, with_unit(v, &self.units.speed)),
-            cloud.against(&position, with_unit(x, &self.units.position)),
-            cloud.against(&train.u, with_unit("u", &self.units.u)),
+            cloud.against(&speed, named(v, &self.units.speed)),
+            cloud.against(&position, named(x, &self.units.position)),
+            cloud.against(&train.u, named("u", &self.units.u)),
         ];
         let mut caption = "Grey: the missing drive, sample by sample. Blue: the mean of what the found physics explains of it, \
                            with the band that holds 95 % of the samples around it."
@@ -388,16 +498,16 @@ impl Writing<'_> {
 
     fn parameters(&self) -> Section {
         let row = |p: &super::Refitted| {
-            let share = 100.0 * (p.value / p.nominal - 1.0);
+            // A change that its interval does not carry is none.
+            let same = (p.value - p.nominal).abs() <= p.half_width || p.half_width.is_nan();
             vec![
                 p.name.clone(),
-                number(p.nominal),
-                significant(p.value, digits(p.value, p.half_width)),
-                around(p.value, p.half_width, "not determined"),
-                number(share),
+                plain(p.nominal, 4),
+                sentences::measured(p.value, p.half_width, ""),
+                if same { "none".into() } else { percent(100.0 * (p.value / p.nominal - 1.0)) },
             ]
         };
-        let head = ["parameter", "as given", "fitted", "95 % interval", "change, %"];
+        let head = ["number", "as given", "fitted, 95 % interval", "change"];
         let rows: Vec<_> = self.found.parameters.iter().map(row).collect();
         let block =
             if rows.is_empty() { Block::Text("None was fitted.".into()) } else { Block::table(head, rows) };
@@ -409,7 +519,8 @@ impl Writing<'_> {
             Block::Text("No rival was tried.".into())
         } else {
             let row = |r: &Rejected| {
-                let smallest = r.smallest.as_ref().map_or("-".into(), |term| self.sizes(term));
+                let smallest =
+                    r.smallest.as_ref().map_or_else(|| "not known".into(), |term| self.sizes(term));
                 vec![r.kind.replace('_', " "), r.why.clone(), smallest]
             };
             let head = ["physics", "why not", "would have shown from about"];
@@ -422,7 +533,12 @@ impl Writing<'_> {
     fn sizes(&self, term: &physics::Term) -> String {
         let parameters = term.kind.parameters.iter().zip(&term.parameters);
         let words = parameters.map(|(p, value)| {
-            format!("{} {}", p.name.replace('_', " "), physics::shown(*value, &self.units.unit(p.unit)))
+            let size = sentences::parameter(
+                sentences::rounded(*value, 0.05 * value.abs()),
+                f64::NAN,
+                &self.units.unit(p.unit),
+            );
+            format!("{} {size}", p.name.trim_end_matches("_per_s").replace('_', " "))
         });
         words.collect::<Vec<_>>().join(", ")
     }
@@ -435,7 +551,13 @@ impl Writing<'_> {
             .physics
             .iter()
             .filter(|p| !p.tied.is_empty())
-            .map(|p| vec![p.term.kind.name.into(), p.tied.join(", "), p.term.kind.experiment.into()])
+            .map(|p| {
+                vec![
+                    p.term.kind.name.replace('_', " "),
+                    p.tied.join(", ").replace('_', " "),
+                    p.term.kind.experiment.into(),
+                ]
+            })
             .collect();
         if ties.is_empty() {
             blocks.push(Block::Text("No rival is tied with what was named.".into()));
@@ -450,7 +572,7 @@ impl Writing<'_> {
         let kinds = self.found.rejected.iter().chain(untestable);
         let needs: Vec<Vec<String>> = kinds
             .filter_map(|r| physics::Kind::named(r.kind).ok())
-            .map(|kind| vec![kind.name.into(), kind.excitation.into()])
+            .map(|kind| vec![kind.name.replace('_', " "), kind.excitation.into()])
             .collect();
         if !needs.is_empty() {
             blocks.push(Block::Folded {
@@ -462,29 +584,15 @@ impl Writing<'_> {
     }
 }
 
-fn evidence_row(named: &Named) -> Vec<String> {
-    let onset = named.term.onset_s;
-    vec![
-        named.term.kind.name.replace('_', " "),
-        if onset > 0.0 { format!("{} s", number(onset)) } else { "before the recording".into() },
-        number(named.holdout_errors),
-        number(2.0 * named.train_gain),
-    ]
-}
-
 fn rejected_rows(of: &[Rejected]) -> Vec<Vec<String>> {
     of.iter().map(|r| vec![r.kind.replace('_', " "), r.why.clone()]).collect()
 }
 
-fn with_unit(what: &str, unit: &str) -> String {
-    if unit.is_empty() { what.to_owned() } else { format!("{what} / {unit}") }
+/// An axis' name with its unit.
+fn named(what: &str, unit: &str) -> String {
+    if unit.is_empty() { what.to_owned() } else { format!("{what} / {}", sentences::simple_unit(unit)) }
 }
 
-fn around(value: f64, half_width: f64, unknown: &str) -> String {
-    if half_width.is_finite() {
-        let end = |end: f64| significant(end, digits(value, half_width));
-        format!("{} to {}", end(value - half_width), end(value + half_width))
-    } else {
-        unknown.to_owned()
-    }
+fn times(count: usize) -> String {
+    if count == 1 { "once".into() } else { format!("{count} times") }
 }

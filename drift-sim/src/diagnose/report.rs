@@ -3,15 +3,18 @@
 use serde_json::{Map, Value, json};
 
 use crate::physics::{Term, UnitNames};
+use crate::sentences::{self, Clock};
 
 use super::prove::FitPct;
 use super::{Diagnosis, Fits, Named};
 
-/// The whole document; `model` is where the improved loop was written.
-pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
+/// The whole document; `model` is where the improved loop was written. Onsets and spans count from the first sample, whose time is
+/// `start_s` on the recording's clock.
+pub fn json(diagnosis: &Diagnosis, model: Option<&str>, clock: &Clock, start_s: f64) -> Value {
     let units = diagnosis.nominal.unit_names();
     let onset = diagnosis.physics.first().map(|p| p.term.onset_s).filter(|t| *t > 0.0);
-    let physics: Vec<Value> = diagnosis.physics.iter().map(|named| named_json(named, &units)).collect();
+    let physics: Vec<Value> =
+        diagnosis.physics.iter().map(|named| named_json(named, diagnosis, &units)).collect();
     let rows = |rows: &[super::Rejected]| -> Vec<Value> {
         rows.iter()
             .map(|r| {
@@ -29,6 +32,8 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
     holdout.insert("u_improvement_ci95".into(), json!(diagnosis.improvement));
     json!({
         "schema": "drift.diagnosis/1",
+        "answer": sentences::diagnosis(diagnosis, clock, start_s).to_json(),
+        "start_s": start_s,
         "verdict": diagnosis.verdict.name(),
         "place": diagnosis.place.map(|p| p.name()),
         "onset_s": onset,
@@ -57,7 +62,7 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>) -> Value {
     })
 }
 
-fn named_json(named: &Named, units: &UnitNames) -> Value {
+fn named_json(named: &Named, found: &Diagnosis, units: &UnitNames) -> Value {
     let kind = named.term.kind;
     let parameters: Vec<Value> = kind
         .parameters
@@ -77,7 +82,8 @@ fn named_json(named: &Named, units: &UnitNames) -> Value {
         "first_named_with": named.moved_from().map(|first| parameters_json(first, units)),
         "indistinguishable_from": named.tied,
         "evidence": {"holdout_gain_se": named.holdout_errors, "delta_bic_eff": 2.0 * named.train_gain},
-        "says": named.term.says(units),
+        "says": sentences::says(named, found),
+        "may_be_nothing": sentences::may_be_nothing(named),
         "experiment": kind.experiment,
     })
 }

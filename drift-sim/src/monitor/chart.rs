@@ -8,8 +8,10 @@ use super::events::EventKind;
 use super::run::Hop;
 use super::summary::Summary;
 use super::thinned::Thinned;
-use crate::plot::terminal::{COLUMNS, Signs, farthest, row, stretches};
+use crate::plot::terminal::{farthest, row, stretches};
 use crate::plot::{Colour, Figure, Layer, Panel};
+use crate::sentences::{Clock, sigmas};
+use crate::terminal::Terminal;
 
 /// Windows kept of each channel's plane; beyond, every second one, every fourth ...
 const PLANE: usize = 4096;
@@ -45,6 +47,8 @@ pub(super) struct ChannelChart {
     pub plane: Vec<(f64, f64, Said)>,
     pub every: u64,
     seen: u64,
+    /// The CUSUM's sums at the last decision.
+    sums: [f32; 2],
 }
 
 /// What a channel said of a window, as charts tell it.
@@ -73,17 +77,19 @@ impl ChannelChart {
             plane: Vec::new(),
             every: 1,
             seen: 0,
+            sums: [0.0; 2],
         }
     }
 
     fn hop(&mut self, to_s: f64, begin_s: f64, report: &drift_core::ChannelReport) {
         let z = f64::from(report.z);
         self.z.add(to_s, z);
-        let (cusum, sprt) = (report.detectors.cusum, report.detectors.sprt);
-        let of_cusum = self.cusum.iter_mut().zip([cusum.high, cusum.low]);
+        let (cusum, sprt) = (self.crossing(z, report), report.detectors.sprt);
+        let of_cusum = self.cusum.iter_mut().zip(cusum);
         for (thinned, value) in of_cusum.chain(self.sprt.iter_mut().zip([sprt.high, sprt.low])) {
             thinned.add(to_s, f64::from(value));
         }
+        self.sums = [report.detectors.cusum.high, report.detectors.cusum.low];
         if report.alarms.side().is_some() && self.alarms.len() < CHANGES {
             self.alarms.push((to_s, z));
         }
@@ -92,6 +98,19 @@ impl ChannelChart {
             self.verdicts.push((begin_s, said));
         }
         self.add_to_plane(f64::from(report.x), f64::from(report.value), said);
+    }
+
+    /// The CUSUM's two sums as a chart should show them: where one has alarmed and begun anew, with what it had reached.
+    fn crossing(&self, z: f64, report: &drift_core::ChannelReport) -> [f32; 2] {
+        let now = [report.detectors.cusum.high, report.detectors.cusum.low];
+        let Some(cusum) = self.channel.detectors.cusum.filter(|_| z.is_finite()) else { return now };
+        let reached = |i: usize, step: f32| {
+            let (before, now) =
+                (self.sums.get(i).copied().unwrap_or(0.0), now.get(i).copied().unwrap_or(f32::NAN));
+            let sum = before + step - cusum.k;
+            if sum >= cusum.h && now < sum { sum } else { now }
+        };
+        [reached(0, z as f32), reached(1, -z as f32)]
     }
 
     fn add_to_plane(&mut self, x: f64, value: f64, said: Said) {
@@ -162,21 +181,21 @@ impl Chart {
 
     /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from zero, all rows
     /// between the same limits.
-    pub fn rows(&self, summary: &Summary, signs: Signs) -> String {
+    pub fn rows(&self, summary: &Summary, terminal: &Terminal) -> String {
         let channels = self.channels.iter().zip(&summary.channels).filter(|(_, c)| c.learned && c.judged > 0);
         let rows: Vec<(&str, Vec<f64>)> = channels
             .map(|(chart, channel)| {
                 let values: Vec<f64> = chart.z.points().into_iter().map(|(_, z)| z).collect();
-                (channel.kind.name(), stretches(&values, COLUMNS, farthest))
+                (channel.kind.name(), stretches(&values, terminal.chart_columns(), farthest))
             })
             .collect();
         let most = rows.iter().flat_map(|(_, z)| z).map(|z| z.abs()).fold(0.0, f64::max);
         if most == 0.0 {
             return String::new();
         }
-        let mut text = format!("\nresiduals over the recording, -{most:.1} to {most:.1} sigma\n");
+        let mut text = format!("\ndistance from healthy, up to {} either way\n", sigmas(most));
         for (name, z) in &rows {
-            text += &format!("  {name:<16} {}\n", row(z, (-most, most), signs));
+            text += &format!("  {name:<16} {}\n", row(z, (-most, most), terminal.signs));
         }
         text
     }
@@ -184,15 +203,17 @@ impl Chart {
     /// Draws it.
     pub fn figure(&self, summary: &Summary) -> Figure {
         let end_s = summary.start_s + summary.duration_s();
-        let (unit, per_unit) = time_unit(summary.duration_s());
-        let events = || events(summary, per_unit);
-        let panel = |y_label: &str, layers| Panel { y_label: y_label.into(), layers, ..Panel::default() };
+        let clock = summary.clock();
+        let events = || events(summary, &clock);
+        let x_dates = clock.zero_s.is_some();
+        let panel =
+            |y_label: &str, layers| Panel { y_label: y_label.into(), layers, x_dates, ..Panel::default() };
         let mut panels = vec![
             panel(
                 "r, y",
                 vec![
-                    Layer::line("y", Colour::Blue, scaled(&self.y, per_unit)),
-                    Layer::dashed("r", Colour::Black, scaled(&self.r, per_unit)),
+                    Layer::line("y", Colour::Blue, scaled(&self.y, &clock)),
+                    Layer::dashed("r", Colour::Black, scaled(&self.r, &clock)),
                 ]
                 .into_iter()
                 .chain(events())
@@ -200,7 +221,7 @@ impl Chart {
             ),
             panel(
                 "u",
-                std::iter::once(Layer::line("u", Colour::Green, scaled(&self.u, per_unit)))
+                std::iter::once(Layer::line("u", Colour::Green, scaled(&self.u, &clock)))
                     .chain(events())
                     .collect(),
             ),
@@ -210,17 +231,17 @@ impl Chart {
             let mut layers = vec![Layer::line(
                 format!("{} residual, sigmas", kind.name()),
                 Colour::Purple,
-                scaled(&chart.z, per_unit),
+                scaled(&chart.z, &clock),
             )];
-            layers.extend(shewhart_limits(&chart.channel));
+            layers.extend(shewhart_limits(&chart.channel, "Shewhart limits"));
             let courses = summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind);
             layers.extend(courses.map(|c| {
-                shade(c.outcome, c.from_s / per_unit, c.to_s.unwrap_or(end_s) / per_unit, String::new())
+                shade(c.outcome, clock.axis(c.from_s), clock.axis(c.to_s.unwrap_or(end_s)), String::new())
             }));
             panels.push(panel(&format!("{} z", kind.name()), layers));
         }
         if let Some(last) = panels.last_mut() {
-            last.x_label = format!("t / {unit}");
+            last.x_label = clock.label().into();
         }
         Figure::stacked(file_name(summary), panels)
     }
@@ -232,24 +253,24 @@ pub(super) fn file_name(summary: &Summary) -> String {
     path.file_name().map_or(summary.recording.clone(), |n| n.to_string_lossy().into_owned())
 }
 
-/// Points in the chart's unit of time.
-pub(super) fn scaled(thinned: &Thinned, per_unit: f64) -> Vec<(f64, f64)> {
-    thinned.points().into_iter().map(|(t, x)| (t / per_unit, x)).collect()
+/// Points on the recording's clock.
+pub(super) fn scaled(thinned: &Thinned, clock: &Clock) -> Vec<(f64, f64)> {
+    thinned.points().into_iter().map(|(t, x)| (clock.axis(t), x)).collect()
 }
 
 /// The events as shades.
-pub(super) fn events(summary: &Summary, per_unit: f64) -> impl Iterator<Item = Layer> + '_ {
+pub(super) fn events<'a>(summary: &'a Summary, clock: &'a Clock) -> impl Iterator<Item = Layer> + 'a {
     let end_s = summary.start_s + summary.duration_s();
     summary.events.iter().map(move |e| {
         let to_s = e.to_s().unwrap_or(end_s);
-        shade(e.kind(), e.from_s() / per_unit, to_s / per_unit, String::new())
+        shade(e.kind(), clock.axis(e.from_s()), clock.axis(to_s), String::new())
     })
 }
 
-/// The limits of a single residual.
-pub(super) fn shewhart_limits(channel: &Channel) -> Vec<Layer> {
+/// The limits of a single residual; `name` for the legend.
+pub(super) fn shewhart_limits(channel: &Channel, name: &str) -> Vec<Layer> {
     let Some(limits) = channel.detectors.shewhart else { return Vec::new() };
-    [(limits.upper, "Shewhart limits"), (limits.lower, "")]
+    [(limits.upper, name), (limits.lower, "")]
         .map(|(limit, name)| Layer::HorizontalLine {
             y: f64::from(limit),
             name: name.into(),
@@ -257,16 +278,6 @@ pub(super) fn shewhart_limits(channel: &Channel) -> Vec<Layer> {
             dashed: true,
         })
         .into()
-}
-
-/// The unit in which a recording of this length reads best, and its seconds.
-pub(super) fn time_unit(duration_s: f64) -> (&'static str, f64) {
-    match duration_s {
-        d if d >= 10.0 * 86_400.0 => ("d", 86_400.0),
-        d if d >= 3.0 * 3600.0 => ("h", 3600.0),
-        d if d >= 600.0 => ("min", 60.0),
-        _ => ("s", 1.0),
-    }
 }
 
 /// A stretch of time, shaded.

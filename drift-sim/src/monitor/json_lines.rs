@@ -12,7 +12,8 @@
 //! "healthy|disturbance|suspect|drift|not_judged", "channels": [{"kind", "index", "judged", "extrapolated",
 //! "mean_z", "max_abs_z", "alarms", "detectable": {"sigmas", "value", "y"}, "verdict", "worst"}], "events": [{"kind", "from_s", "alarm_s", "to_s",
 //! "max_z", "location", "channels": [{"channel", "kind", "side", "from_s", "alarm_s", "to_s", "detectors", "max_z",
-//! "fault_curve": {"b0_before", "b1_before", "b0", "b1", "shift", "windows", "moved"}}]}], "more_events", "pinned": {"limit", "from_s", "to_s", "mean_e"}}}`.
+//! "fault_curve": {"b0_before", "b1_before", "b0", "b1", "shift", "windows", "moved"}}]}], "more_events", "pinned": {"limit", "from_s", "to_s", "mean_e"},
+//! "answer": {"status": "healthy|suspect|drift|cant_tell", "sentence", "also", "numbers": [{"value", "label"}]}}}`.
 
 use std::io::{self, Write};
 
@@ -27,6 +28,7 @@ use super::events::{Course, Event, EventKind, Raised};
 use super::pinned::Pinned;
 use super::run::Hop;
 use super::summary::{ChannelSummary, ExcludedTotal, Summary};
+use crate::sentences;
 
 /// Name and version of the schema, in the last line.
 pub const SCHEMA: &str = "drift.monitor/1";
@@ -79,6 +81,7 @@ pub fn write_summary(out: &mut (impl Write + ?Sized), summary: &Summary) -> io::
         events: summary.events.iter().map(EventContent::of).collect(),
         more_events: summary.more_events,
         pinned: summary.pinned,
+        answer: sentences::monitoring(summary, &summary.clock()).to_json(),
     };
     line(out, &SummaryLine { schema: SCHEMA, summary: content })
 }
@@ -174,6 +177,7 @@ struct SummaryContent<'a> {
     events: Vec<EventContent>,
     more_events: u64,
     pinned: Option<Pinned>,
+    answer: serde_json::Value,
 }
 
 #[derive(Serialize)]

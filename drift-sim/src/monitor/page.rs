@@ -3,19 +3,18 @@
 
 use drift_core::Channel;
 
-use super::chart::{ChannelChart, Chart, Said, events, file_name, scaled, shade, shewhart_limits, time_unit};
+use super::chart::{ChannelChart, Chart, Said, events, file_name, scaled, shade, shewhart_limits};
 use super::events::{Course, Event, EventKind};
 use super::screen;
 use super::summary::{ChannelSummary, Summary};
 use crate::baseline_file::BaselineFile;
 use crate::plot::{Colour, Figure, Layer, Marker, Panel};
 use crate::recording::ColumnMap;
-use crate::report::{self, Block, Cloud, Moved, Page, Section, number};
+use crate::report::{self, Block, Cloud, Moved, Page, Proof, Section};
+use crate::sentences::{self, Clock, line, plain};
 
 /// Events listed.
 const LISTED: usize = 200;
-/// Windows that are drawn one by one.
-const WINDOWS: f64 = 4000.0;
 /// The axis that all charts over time share.
 const TIME: &str = "time";
 
@@ -27,15 +26,18 @@ pub fn page(
     columns: &ColumnMap,
     command: String,
 ) -> Page {
-    let (unit, per_unit) = time_unit(summary.duration_s());
-    let drawing = Drawing { summary, chart, columns, unit, per_unit };
+    let clock = summary.clock();
+    let drawing = Drawing { summary, chart, columns, clock };
+    let name = file_name(summary);
     Page {
-        title: format!("Monitoring of {}", file_name(summary)),
-        verdict: [Some(screen::verdict(summary)), screen::pinned(summary)]
-            .into_iter()
-            .flatten()
-            .collect::<Vec<_>>()
-            .join(" "),
+        title: format!("Monitoring of {name}"),
+        about: format!(
+            "{name}, {} s watched; healthy: {}",
+            plain(summary.duration_s(), 4),
+            healthy_files(baseline)
+        ),
+        answer: sentences::monitoring(summary, &clock),
+        proof: drawing.proof(),
         command,
         facts: facts(summary, baseline),
         sections: vec![
@@ -48,18 +50,39 @@ pub fn page(
     }
 }
 
+/// The recordings that the baseline was learnt from, by their file's names.
+fn healthy_files(baseline: &BaselineFile) -> String {
+    let name = |path: &String| {
+        std::path::Path::new(path)
+            .file_name()
+            .map_or(path.clone(), |name| name.to_string_lossy().into_owned())
+    };
+    let names: Vec<String> = baseline.calibration.files.iter().take(2).map(name).collect();
+    match baseline.calibration.files.len().saturating_sub(2) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
 fn facts(summary: &Summary, baseline: &BaselineFile) -> Vec<(String, String)> {
     let fact = |name: &str, value: String| (name.to_owned(), value);
     let mut facts = vec![
         fact("Recording", summary.recording.clone()),
-        fact("Length", format!("{} s at {} s", number(summary.duration_s()), number(summary.sample_time_s))),
+        fact(
+            "Length",
+            format!(
+                "{} s, one sample every {} s",
+                plain(summary.duration_s(), 6),
+                plain(summary.sample_time_s, 4)
+            ),
+        ),
         fact("Reading", summary.quality.to_string()),
         fact(
             "Windows",
             format!(
                 "{} s, a decision every {} s: {} decisions, {} with enough valid samples",
-                number(summary.window_s),
-                number(summary.hop_s),
+                plain(summary.window_s, 4),
+                plain(summary.hop_s, 4),
                 summary.hops,
                 summary.valid_hops
             ),
@@ -77,30 +100,122 @@ struct Drawing<'a> {
     summary: &'a Summary,
     chart: &'a Chart,
     columns: &'a ColumnMap,
-    unit: &'static str,
-    per_unit: f64,
+    clock: Clock,
 }
 
 impl Drawing<'_> {
+    /// The residual that moved, or the one that is nearest to it, with its limits; what was away is shaded.
+    fn proof(&self) -> Option<Proof> {
+        let moved =
+            self.summary.events.iter().max_by_key(|e| (e.kind(), e.to_s().is_none())).and_then(Event::main);
+        let farthest = || {
+            let judged = self.summary.channels.iter().filter(|c| c.learned && c.max_abs_z.is_finite());
+            judged.max_by(|a, b| a.max_abs_z.total_cmp(&b.max_abs_z)).map(|c| c.kind)
+        };
+        let kind = moved.map(|course| course.kind).or_else(farthest)?;
+        let channel = self.chart.channels.iter().find(|c| c.channel.kind == kind)?;
+        let mut layers = self.healthy_band(channel);
+        layers.extend(self.residual(channel).into_iter().filter(|l| !matches!(l, Layer::Points { .. })));
+        let first =
+            self.summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind).map(|c| c.alarm_s);
+        if let Some(alarm_s) = first.reduce(f64::min) {
+            let x = self.clock.axis(alarm_s);
+            layers.push(Layer::VerticalLine {
+                x,
+                name: "first alarm".into(),
+                colour: Colour::Black,
+                dashed: true,
+            });
+        }
+        layers.extend(self.courses(kind, true));
+        let name = kind.name().replace('_', " ");
+        let top = Panel { title: name.clone(), ..panel("distance from healthy / sigma", layers) };
+        let [_, _, u] = self.columns.labels();
+        let signal = Layer::line(
+            if u == "u" { String::new() } else { u },
+            Colour::Green,
+            scaled(&self.chart.u, &self.clock),
+        );
+        let mut below = vec![signal];
+        below.extend(self.courses(kind, false));
+        let mut panels = vec![top, panel("u", below)];
+        self.times(&mut panels);
+        let healthy = if moved.is_some() { "shaded: where it stayed away" } else { "it stayed within" };
+        let caption = format!(
+            "Each point is one window of {} s: how far {} lies from what it was when the loop was healthy, in units of its healthy \
+             scatter (sigma). Between the dashed limits is normal; {healthy}.",
+            plain(self.summary.window_s, 4),
+            meant(kind)
+        );
+        let title = format!("How far {name} is from healthy, with its limits");
+        Some(Proof { figure: Figure::stacked("", panels), title, caption })
+    }
+
+    /// Where healthy windows lie.
+    fn healthy_band(&self, channel: &ChannelChart) -> Vec<Layer> {
+        let Some(limits) = channel.channel.detectors.shewhart else { return Vec::new() };
+        let ends = [self.summary.start_s, self.summary.start_s + self.summary.duration_s()]
+            .map(|t| self.clock.axis(t));
+        let edge = |y: f32| ends.iter().map(|t| (*t, f64::from(y))).collect();
+        vec![Layer::Band {
+            lower: edge(limits.lower),
+            upper: edge(limits.upper),
+            name: String::new(),
+            colour: Colour::Sky,
+        }]
+    }
+
+    /// The stretches in which a channel was away; `named` for the legend.
+    fn courses(&self, kind: drift_core::ChannelKind, named: bool) -> Vec<Layer> {
+        let end_s = self.summary.start_s + self.summary.duration_s();
+        let courses = self.summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind);
+        let mut seen = Vec::new();
+        courses
+            .map(|c| {
+                let is_new = named && !seen.contains(&c.outcome);
+                seen.push(c.outcome);
+                let name = if is_new { c.outcome.name().to_owned() } else { String::new() };
+                shade(c.outcome, self.clock.axis(c.from_s), self.clock.axis(c.to_s.unwrap_or(end_s)), name)
+            })
+            .collect()
+    }
+
+    /// Time under the lowest panel.
+    fn times(&self, panels: &mut [Panel]) {
+        for panel in &mut *panels {
+            panel.x_dates = self.clock.zero_s.is_some();
+        }
+        if let Some(last) = panels.last_mut() {
+            last.x_label = self.clock.label().into();
+        }
+    }
+
     fn found(&self) -> Section {
         let channels = self.summary.channels.iter().map(channel_row).collect();
-        let head =
-            ["channel", "decisions", "mean z", "largest |z|", "alarms", "outside calibrated x", "verdict"];
+        let head = [
+            "channel",
+            "windows judged",
+            "mean distance, sigma",
+            "farthest, sigma",
+            "alarms",
+            "outside what was calibrated",
+            "verdict",
+        ];
         let mut blocks = vec![Block::table(head, channels)];
         let events = &self.summary.events;
         if events.is_empty() {
             blocks.push(Block::Text("No channel left its baseline.".into()));
         } else {
-            let unit = self.unit;
+            let unit = self.clock.label();
             let rows = events.iter().take(LISTED).flat_map(|e| self.event_rows(e)).collect();
             let head = [
                 "event".into(),
-                format!("from / {unit}"),
-                format!("alarm / {unit}"),
-                format!("to / {unit}"),
+                format!("from, {unit}"),
+                format!("alarm, {unit}"),
+                format!("to, {unit}"),
                 "channel".into(),
                 "side".into(),
-                "farthest, sigmas".into(),
+                "farthest".into(),
                 "raised by".into(),
                 "line before".into(),
                 "line since".into(),
@@ -120,20 +235,20 @@ impl Drawing<'_> {
     }
 
     fn time(&self, t_s: f64) -> String {
-        number(t_s / self.per_unit)
+        self.clock.cell(t_s)
     }
 
     fn event_rows(&self, event: &Event) -> Vec<Vec<String>> {
         let row = |(i, course): (usize, &Course)| {
-            let line = |b0: f32, b1: f32| format!("{} + {} x", number(b0.into()), number(b1.into()));
+            let line = |b0: f32, b1: f32| line(b0.into(), b1.into());
             vec![
                 if i == 0 { event.kind().name().into() } else { String::new() },
                 self.time(course.from_s),
                 self.time(course.alarm_s),
                 course.to_s.map_or_else(|| "open".into(), |t| self.time(t)),
                 screen::label(course.kind),
-                screen::side_name(course.side).into(),
-                format!("{:.1}", course.max_z),
+                sentences::side_name(course.side).into(),
+                sentences::sigmas(course.max_z.into()),
                 screen::detectors(course),
                 line(course.baseline.b0, course.baseline.b1),
                 course.fault_curve.map_or_else(String::new, |c| {
@@ -146,7 +261,7 @@ impl Drawing<'_> {
 
     fn signals(&self) -> Section {
         let [r, y, u] = self.columns.labels();
-        let line = |name: &str, colour, of| Layer::line(name, colour, scaled(of, self.per_unit));
+        let line = |name: &str, colour, of| Layer::line(name, colour, scaled(of, &self.clock));
         let with_events = |mut layers: Vec<Layer>| {
             layers.extend(self.shades());
             layers
@@ -157,7 +272,7 @@ impl Drawing<'_> {
                 "r, y",
                 with_events(vec![
                     line(&y, Colour::Blue, &chart.y),
-                    Layer::dashed(r, Colour::Black, scaled(&chart.r, self.per_unit)),
+                    Layer::dashed(r, Colour::Black, scaled(&chart.r, &self.clock)),
                 ]),
             ),
             panel("e = r \u{2212} y", with_events(vec![line("e", Colour::Purple, &chart.e)])),
@@ -165,9 +280,9 @@ impl Drawing<'_> {
             self.decisions(),
         ];
         let mut caption = format!(
-            "Signals in the recording's own units; shades are events. Below: the windows of {} s, and for each channel low: \
-             healthy, middle: suspect, high: drift, gap: not judged; crosses are alarms.",
-            number(self.summary.window_s)
+            "Signals in the recording's own units; shades are events. The lowest panel has a row for each channel: pale while it is \
+             healthy, orange while it is suspect, red in a drift, empty where it was not judged; crosses are alarms. A window is {} s.",
+            plain(self.summary.window_s, 4)
         );
         if chart.y.length() > 2 {
             caption +=
@@ -179,7 +294,7 @@ impl Drawing<'_> {
     /// The events, named so that the legend explains the shades.
     fn shades(&self) -> Vec<Layer> {
         let mut named = Vec::new();
-        events(self.summary, self.per_unit)
+        events(self.summary, &self.clock)
             .zip(&self.summary.events)
             .map(|(mut layer, event)| {
                 if let Layer::Span { name, .. } = &mut layer
@@ -194,74 +309,49 @@ impl Drawing<'_> {
     }
 
     fn over_time(&self, mut panels: Vec<Panel>, caption: String) -> Block {
-        if let Some(last) = panels.last_mut() {
-            last.x_label = format!("t / {}", self.unit);
-        }
+        self.times(&mut panels);
         let figure = Figure::stacked("", panels);
         Block::Chart(report::Chart { figure, caption, axis: Some(TIME.into()) })
     }
 
-    /// Windows as bars that alternate, and a step line for each channel.
+    /// A row of bars for each channel, coloured by what it said.
     fn decisions(&self) -> Panel {
-        let (mut layers, mut y_names) = (self.windows(), Vec::new());
-        if !layers.is_empty() {
-            y_names.push((-0.75, "windows".to_owned()));
-        }
-        for (i, channel) in self.chart.channels.iter().filter(|c| c.learned()).enumerate() {
-            let foot = i as f64;
-            let level = |said: Said| match said {
-                Said::NotJudged => f64::NAN,
-                Said::Healthy => foot,
-                Said::Suspect => foot + 0.35,
-                Said::Drift => foot + 0.7,
-            };
-            let line = self.steps(channel, level);
-            let at = |t_s: f64| (t_s / self.per_unit, level(said_at(channel, t_s)));
-            let alarms = channel.alarms.iter().map(|(t_s, _)| at(*t_s)).collect();
-            layers.push(Layer::line("", Colour::Blue, line));
-            layers.push(Layer::points(
-                if i == 0 { "alarm" } else { "" },
-                Colour::Vermilion,
-                Marker::Cross,
-                alarms,
-            ));
-            y_names.push((foot, channel.channel.kind.name().replace('_', " ")));
-        }
-        let top = y_names.len() as f64 - 0.2;
-        Panel { layers, y_names, y_range: Some((-1.2, top.max(0.8))), ..panel("", Vec::new()) }
-    }
-
-    /// Two rows of bars, one window after the other; more rows where windows overlap. None where they are too many to see.
-    fn windows(&self) -> Vec<Layer> {
-        let (Some((from_s, to_s)), hop_s) = (self.chart.first, self.summary.hop_s) else { return Vec::new() };
-        let count = libm::round((self.chart.last_s - to_s) / hop_s) + 1.0;
-        if count.is_nan() || count > WINDOWS {
-            return Vec::new();
-        }
-        let rows = (libm::ceil((to_s - from_s) / hop_s - 1e-9) as usize + 1).clamp(2, 8);
-        let mut bars = vec![Vec::new(); rows];
-        for i in 0..count as usize {
-            let (begin, end) = (from_s + i as f64 * hop_s, to_s + i as f64 * hop_s);
-            let row = i % rows;
-            let y = -0.5 - 0.5 * row as f64 / (rows - 1) as f64;
-            if let Some(bar) = bars.get_mut(row) {
-                let gap = (end + 1e-6 * hop_s) / self.per_unit;
-                bar.extend([(begin / self.per_unit, y), (end / self.per_unit, y), (gap, f64::NAN)]);
+        let (mut layers, mut y_names) = (Vec::new(), Vec::new());
+        let learned: Vec<&ChannelChart> = self.chart.channels.iter().filter(|c| c.learned()).collect();
+        for (i, channel) in learned.iter().enumerate() {
+            let row = (learned.len() - 1 - i) as f64;
+            for (said, name, colour) in [
+                (Said::Healthy, "healthy", Colour::Sky),
+                (Said::Suspect, "suspect", Colour::Orange),
+                (Said::Drift, "drift", Colour::Vermilion),
+            ] {
+                let edge = |y: f64| self.stretches(channel, said, row + y);
+                let (lower, upper) = (edge(0.12), edge(0.88));
+                if !lower.is_empty() {
+                    let name = if i == 0 { name.to_owned() } else { String::new() };
+                    layers.push(Layer::Band { lower, upper, name, colour });
+                }
             }
+            let alarms = channel.alarms.iter().map(|(t_s, _)| (self.clock.axis(*t_s), row + 0.5)).collect();
+            let name = if i == 0 { "alarm" } else { "" };
+            layers.push(Layer::points(name, Colour::Black, Marker::Cross, alarms));
+            y_names.push((row + 0.5, channel.channel.kind.name().replace('_', " ")));
         }
-        bars.into_iter().map(|bar| Layer::line("", Colour::Grey, bar)).collect()
+        Panel { layers, y_names, y_range: Some((0.0, learned.len().max(1) as f64)), ..panel("", Vec::new()) }
     }
 
-    /// What a channel said, as steps.
-    fn steps(&self, channel: &ChannelChart, level: impl Fn(Said) -> f64) -> Vec<(f64, f64)> {
-        let mut line = Vec::new();
-        let just_before = 1e-6 * self.summary.hop_s;
+    /// An edge of the bars over all stretches in which a channel said this; broken between them.
+    fn stretches(&self, channel: &ChannelChart, wanted: Said, y: f64) -> Vec<(f64, f64)> {
+        let mut edge = Vec::new();
         let ends = channel.verdicts.iter().skip(1).map(|v| v.0).chain([self.chart.last_s]);
         for ((from_s, said), to_s) in channel.verdicts.iter().zip(ends) {
-            let level = level(*said);
-            line.extend([(from_s / self.per_unit, level), ((to_s - just_before) / self.per_unit, level)]);
+            if *said == wanted {
+                let (from, to) = (self.clock.axis(*from_s), self.clock.axis(to_s));
+                let after = to + 1e-6 * self.summary.hop_s;
+                edge.extend([(from, y), (to, y), (after, f64::NAN)]);
+            }
         }
-        line
+        edge
     }
 
     fn residuals(&self) -> Section {
@@ -269,28 +359,23 @@ impl Drawing<'_> {
         for channel in self.chart.channels.iter().filter(|c| c.learned()) {
             let kind = channel.channel.kind;
             let name = kind.name().replace('_', " ");
-            let courses = self.summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind);
-            let end_s = self.summary.start_s + self.summary.duration_s();
-            let shades: Vec<Layer> = courses
-                .map(|c| {
-                    let to_s = c.to_s.unwrap_or(end_s);
-                    shade(c.outcome, c.from_s / self.per_unit, to_s / self.per_unit, String::new())
-                })
-                .collect();
+            let shades = self.courses(kind, false);
             let mut add = |title: String, y_label: &str, mut layers: Vec<Layer>| {
                 layers.extend(shades.iter().cloned());
                 panels.push(Panel { title, ..panel(y_label, layers) });
             };
-            add(name.clone(), "z, sigmas", self.residual(channel));
+            add(name.clone(), "distance / sigma", self.residual(channel));
             if channel.channel.detectors.cusum.is_some() {
-                add(format!("{name}: CUSUM"), "CUSUM, sigmas", self.cusum(channel));
+                add(format!("{name}: sum of distances"), "sum / sigma", self.cusum(channel));
             }
             if channel.channel.detectors.sprt.is_some() {
-                add(format!("{name}: SPRT"), "log-likelihood", self.sprt(channel));
+                add(format!("{name}: evidence of a shift"), "log-likelihood", self.sprt(channel));
             }
         }
-        let caption = "Each decision's standardised residual, and what its detectors make of it. The CUSUM's lower sum is drawn \
-                       downwards; after an alarm a sum starts anew.";
+        let caption = "Distance: how far each window lies from the healthy relation, over its healthy scatter; a single window \
+                       beyond the dashed limits is an alarm. Sum of distances (CUSUM): what lies off to one side adds up, less an \
+                       allowance, until it crosses the threshold; the sum of what lies below is drawn downwards; after an alarm it \
+                       starts anew. A small lasting shift shows there first.";
         if panels.is_empty() {
             return Section::new(
                 "Residuals and detectors",
@@ -301,22 +386,22 @@ impl Drawing<'_> {
     }
 
     fn residual(&self, channel: &ChannelChart) -> Vec<Layer> {
-        let alarms = channel.alarms.iter().map(|(t_s, z)| (t_s / self.per_unit, *z)).collect();
-        let mut layers = vec![Layer::line("residual", Colour::Purple, scaled(&channel.z, self.per_unit))];
-        layers.extend(shewhart_limits(&channel.channel));
+        let alarms = channel.alarms.iter().map(|(t_s, z)| (self.clock.axis(*t_s), *z)).collect();
+        let mut layers = vec![Layer::line("one window", Colour::Purple, scaled(&channel.z, &self.clock))];
+        layers.extend(shewhart_limits(&channel.channel, "limits of one window"));
         layers.push(Layer::points("alarm", Colour::Vermilion, Marker::Cross, alarms));
         layers
     }
 
     fn cusum(&self, channel: &ChannelChart) -> Vec<Layer> {
-        let [high, low] = channel.cusum.each_ref().map(|t| scaled(t, self.per_unit));
+        let [high, low] = channel.cusum.each_ref().map(|t| scaled(t, &self.clock));
         let low = low.into_iter().map(|(t, x)| (t, -x)).collect();
         let h = channel.channel.detectors.cusum.map_or(f64::NAN, |c| f64::from(c.h));
         two_sides(high, low, [h, -h], "threshold")
     }
 
     fn sprt(&self, channel: &ChannelChart) -> Vec<Layer> {
-        let [high, low] = channel.sprt.each_ref().map(|t| scaled(t, self.per_unit));
+        let [high, low] = channel.sprt.each_ref().map(|t| scaled(t, &self.clock));
         let limits = channel
             .channel
             .detectors
@@ -329,8 +414,8 @@ impl Drawing<'_> {
         let charts: Vec<&ChannelChart> =
             self.chart.channels.iter().filter(|c| c.learned() || !c.plane.is_empty()).collect();
         let panels: Vec<Panel> = charts.iter().map(|c| self.plane(c)).collect();
-        let mut caption = "One point a window. The healthy line with the band where it lies itself (95 % confidence) and the one \
-                           where 95 % of healthy windows lie; dashed: the line refitted on the windows since an alarm."
+        let mut caption = "One point a window. Solid: the healthy line, with the narrow band in which the line itself lies and the \
+                           wide one in which 95 % of healthy windows lie. Dashed: the line through the windows since an alarm."
             .to_owned();
         if let Some(every) = charts.iter().map(|c| c.every).max().filter(|every| *every > 1) {
             caption += &format!(" One window in {every} is drawn.");
@@ -351,12 +436,22 @@ impl Drawing<'_> {
         ];
         let courses = self.summary.events.iter().flat_map(|e| &e.courses);
         let moved = courses.filter(|c| c.kind == chart.channel.kind).filter_map(|c| {
-            let name = format!("since {} {}", self.time(c.from_s), self.unit);
+            let name = format!("since {}", self.clock.says(c.from_s));
             Some(Moved { name, curve: c.fault_curve? })
         });
         // The last ones: where the loop is now.
         let all: Vec<Moved> = moved.collect();
         report::plane(&chart.channel, clouds, all.get(all.len().saturating_sub(2)..).unwrap_or(&[]))
+    }
+}
+
+/// What a channel looks at, in words.
+fn meant(kind: drift_core::ChannelKind) -> &'static str {
+    match kind {
+        drift_core::ChannelKind::EnergyError(_) => "the error for the energy spent",
+        drift_core::ChannelKind::Effort => "the effort to hold y",
+        drift_core::ChannelKind::MotionEffort => "the effort along the motion",
+        drift_core::ChannelKind::Activity => "the controller's activity",
     }
 }
 
@@ -368,10 +463,6 @@ fn two_sides(high: Vec<(f64, f64)>, low: Vec<(f64, f64)>, limits: [f64; 2], name
         layers.push(Layer::HorizontalLine { y, name, colour: Colour::Vermilion, dashed: true });
     }
     layers
-}
-
-fn said_at(channel: &ChannelChart, t_s: f64) -> Said {
-    channel.verdicts.iter().take_while(|v| v.0 < t_s).last().map_or(Said::NotJudged, |v| v.1)
 }
 
 fn panel(y_label: &str, layers: Vec<Layer>) -> Panel {
@@ -388,8 +479,8 @@ fn channel_row(channel: &ChannelSummary) -> Vec<String> {
     vec![
         screen::label(channel.kind),
         channel.judged.to_string(),
-        number(channel.mean_z),
-        number(channel.max_abs_z),
+        plain(channel.mean_z, 3),
+        plain(channel.max_abs_z, 3),
         channel.alarms.to_string(),
         channel.extrapolated.to_string(),
         verdict.into(),
@@ -400,15 +491,24 @@ fn channel_row(channel: &ChannelSummary) -> Vec<String> {
 fn thresholds(baseline: &BaselineFile) -> Section {
     let learned = baseline.channels.iter().map(|entry| &entry.channel).filter(|c| c.baseline.sigma > 0.0);
     let rows = learned.map(threshold_row).collect();
-    let head = ["channel", "b0", "b1", "sigma", "windows' worth", "x seen", "Shewhart", "CUSUM", "SPRT"];
+    let head = [
+        "channel",
+        "healthy line",
+        "scatter (sigma)",
+        "independent windows",
+        "x seen",
+        "alarm of one window outside",
+        "CUSUM: allowance k, threshold h",
+        "SPRT",
+    ];
     let mut blocks = vec![Block::table(head, rows)];
     if let Some(promise) = &baseline.promise {
         blocks.push(Block::Text(format!(
             "The thresholds are made for one false alarm in {} h on average ({} decisions) of all channels and detectors \
              together; {} of 100 calibrations like this one are aimed to keep that.",
-            number(promise.false_alarm_every_h),
-            number(promise.decisions),
-            number(100.0 * promise.confidence)
+            plain(promise.false_alarm_every_h, 4),
+            plain(promise.decisions, 4),
+            plain(100.0 * promise.confidence, 3)
         )));
     }
     Section::new("Baseline and thresholds", blocks)
@@ -419,10 +519,14 @@ fn threshold_row(channel: &Channel) -> Vec<String> {
     let (b, d) = (&channel.baseline, &channel.detectors);
     let none = || "\u{2013}".to_owned();
     let mut row = vec![screen::label(channel.kind)];
-    row.extend([b.b0, b.b1, b.sigma, b.windows].map(|x| number(x.into())));
-    row.push(report::interval([b.x_min.into(), b.x_max.into()]));
-    row.push(d.shewhart.map_or_else(none, |s| report::interval([s.lower.into(), s.upper.into()])));
-    row.push(d.cusum.map_or_else(none, |c| format!("k {} h {}", number(c.k.into()), number(c.h.into()))));
-    row.push(d.sprt.map_or_else(none, |s| report::interval([s.lower.into(), s.upper.into()])));
+    let between = |low: f32, high: f32| format!("{} to {}", plain(low.into(), 3), plain(high.into(), 3));
+    row.push(line(b.b0.into(), b.b1.into()));
+    row.extend([b.sigma, b.windows].map(|x| plain(x.into(), 3)));
+    row.push(between(b.x_min, b.x_max));
+    row.push(d.shewhart.map_or_else(none, |s| between(s.lower, s.upper)));
+    row.push(
+        d.cusum.map_or_else(none, |c| format!("k {}, h {}", plain(c.k.into(), 3), plain(c.h.into(), 3))),
+    );
+    row.push(d.sprt.map_or_else(none, |s| between(s.lower, s.upper)));
     row
 }

@@ -192,6 +192,7 @@ pub fn watch(
         }
     }
     let mut summary = tally.finish(name, stream.start_s(), stream.sample_time_s(), stream.quality());
+    summary.zero_s = stream.zero_s();
     summary.pinned = pinned.finish();
     if let Some(out) = &mut outputs.json {
         json_lines::write_summary(out, &summary)?;

@@ -2,53 +2,68 @@
 
 use std::fmt::Write;
 
-use drift_core::{ChannelKind, Side};
+use drift_core::ChannelKind;
 
-use super::detectable::{Detectable, PROBABILITY};
-use super::events::{Course, Event, EventKind, Raised};
+use super::events::{Course, Event, Raised};
 use super::summary::{ChannelSummary, Summary};
 use crate::baseline_file::Promise;
 use crate::calibrate::detector::ROWS;
+use crate::sentences::{Clock, line, monitoring, plain, side_name, sigmas};
+use crate::terminal::Terminal;
 
 /// Events that fit on the screen.
 const SHOWN: usize = 12;
 
-/// The summary as lines of plain text, without colour; with what the thresholds promise, where that is known.
-pub fn screen(summary: &Summary, promise: Option<&Promise>) -> String {
-    let mut text = String::new();
+/// The summary as text for a terminal: the answer, then the channels and events, then how it was read; with what the thresholds
+/// promise, where that is known.
+pub fn screen(summary: &Summary, promise: Option<&Promise>, terminal: &Terminal) -> String {
+    let clock = summary.clock();
+    let mut text = terminal.answer(&monitoring(summary, &clock));
     // Writing to a String can't fail.
-    let _ = write_screen(&mut text, summary, promise);
+    let _ = write_channels(&mut text, &summary.channels);
+    write_events(&mut text, summary, &clock, terminal);
+    write_reading(&mut text, summary, promise, terminal);
     text
 }
 
-fn write_screen(out: &mut String, summary: &Summary, promise: Option<&Promise>) -> std::fmt::Result {
-    writeln!(
-        out,
-        "{}: {} at {} s, from {} s; window {} s, {} decisions",
-        printable(&summary.recording),
-        seconds(summary.duration_s()),
-        summary.sample_time_s,
-        short(summary.start_s),
-        short(summary.window_s),
-        summary.hops
-    )?;
-    writeln!(out, "{}", summary.quality)?;
-    write_excluded(out, summary)?;
+fn write_reading(out: &mut String, summary: &Summary, promise: Option<&Promise>, terminal: &Terminal) {
+    let mut item = |name: &str, text: &str| *out += &terminal.wrapped(&format!("{name:<11}"), text);
+    let clock = summary.clock();
+    item(
+        "recording",
+        &format!(
+            "{}: {} s from {}, one sample every {} s; windows of {} s, {} decisions",
+            printable(&summary.recording),
+            plain(summary.duration_s(), 6),
+            clock.says(summary.start_s),
+            plain(summary.sample_time_s, 4),
+            plain(summary.window_s, 4),
+            summary.hops
+        ),
+    );
+    let reading = summary.quality.to_string();
+    // As many samples as rows are no news.
+    if reading.contains([',', ';']) || summary.quality.rows != summary.quality.samples {
+        item("reading", &reading);
+    }
+    if let Some(reasons) = excluded(summary) {
+        item("left out", &reasons);
+    }
+    let unjudged = summary.hops - summary.valid_hops;
+    if unjudged > 0 {
+        item("", &format!("{unjudged} decisions without enough valid samples"));
+    }
     if let Some(promise) = promise {
-        writeln!(
-            out,
-            "thresholds: one false alarm in {} h on average, kept by {} % of calibrations like this one; {} h were watched",
-            short(promise.false_alarm_every_h),
-            short(100.0 * promise.confidence),
-            short(summary.duration_s() / 3600.0)
-        )?;
+        item(
+            "thresholds",
+            &format!(
+                "one false alarm in {} h on average, {} % sure; {} h watched",
+                plain(promise.false_alarm_every_h, 4),
+                plain(100.0 * promise.confidence, 3),
+                plain(summary.duration_s() / 3600.0, 3)
+            ),
+        );
     }
-    writeln!(out, "\n{}\n", verdict(summary))?;
-    if let Some(text) = pinned(summary) {
-        writeln!(out, "{text}\n")?;
-    }
-    write_channels(out, &summary.channels)?;
-    write_events(out, summary)
 }
 
 /// Samples that entered no sum, by reason; `None` where there are none.
@@ -69,141 +84,8 @@ pub(super) fn excluded(summary: &Summary) -> Option<String> {
     (!reasons.is_empty()).then(|| reasons.join(", "))
 }
 
-fn write_excluded(out: &mut String, summary: &Summary) -> std::fmt::Result {
-    if let Some(reasons) = excluded(summary) {
-        writeln!(out, "left out: {reasons}")?;
-    }
-    let unjudged = summary.hops - summary.valid_hops;
-    if unjudged > 0 {
-        writeln!(out, "{unjudged} decisions without enough valid samples")?;
-    }
-    Ok(())
-}
-
-/// The whole run in a sentence or two.
-pub(super) fn verdict(summary: &Summary) -> String {
-    let open = summary.events.iter().find(|e| e.to_s().is_none());
-    let mut drifts = summary.events.iter().rev().filter(|e| e.kind() == EventKind::Drift);
-    let passed = summary.events.len() as u64 + summary.more_events;
-    match (summary.worst, open) {
-        (None, _) if summary.channels.iter().all(|c| !c.learned) => {
-            "NOT JUDGED: no channel has a baseline.".into()
-        }
-        (None, _) if summary.channels.iter().all(|c| c.judged == 0) => {
-            "NOT JUDGED: no window had enough valid samples.".into()
-        }
-        (None, _) => format!("HEALTHY: every channel with a baseline stays on it.{}", unseen(summary)),
-        (Some(EventKind::Drift), Some(event)) if event.kind() == EventKind::Drift => {
-            format!("DRIFT since about {} s, {}. {}", short(event.from_s()), sides(event), meaning(event))
-        }
-        (Some(EventKind::Drift), _) => match drifts.next() {
-            Some(event) => format!(
-                "DRIFT that ended: from about {} s to {} s, {}. {}",
-                short(event.from_s()),
-                event.to_s().map_or_else(|| "the end".into(), short),
-                sides(event),
-                meaning(event)
-            ),
-            None => "DRIFT among the events that are not listed.".into(),
-        },
-        (Some(EventKind::Suspect), Some(event)) => format!(
-            "SUSPECT since about {} s, {}: the recording ends before a disturbance can be told from a drift. {}",
-            short(event.from_s()),
-            sides(event),
-            meaning(event)
-        ),
-        (Some(_), _) => format!(
-            "DISTURBED: {passed} {} that came back to the baseline; no drift.",
-            if passed == 1 { "deviation" } else { "deviations" }
-        ),
-    }
-}
-
-/// A controller that has nothing left to give.
-pub(super) fn pinned(summary: &Summary) -> Option<String> {
-    summary.pinned.map(|p| {
-        format!(
-            "PINNED: u stands at its limit of {} from {} s to {} s, and e does not vanish: {} on average.",
-            short(p.limit),
-            short(p.from_s),
-            short(p.to_s),
-            short(p.mean_e)
-        )
-    })
-}
-
-/// What the run could not have shown.
-fn unseen(summary: &Summary) -> String {
-    let effort = summary.channels.iter().find(|c| c.kind == ChannelKind::Effort && c.learned);
-    let Some(effort) = effort.filter(|c| c.judged > 0) else { return String::new() };
-    let (judged, percent) = (effort.judged, 100.0 * PROBABILITY);
-    match effort.detectable {
-        None => format!(" With {judged} windows no lasting shift of u would have shown."),
-        Some(Detectable { value, y, .. }) => {
-            let of_y = y.map_or_else(String::new, |y| format!(", or of y of less than {},", short(y)));
-            format!(
-                " A lasting shift of u of less than {}{of_y} would not have shown with {percent} % in these {judged} windows.",
-                short(value),
-            )
-        }
-    }
-}
-
-/// The courses that make the event what it is: of a drift, those that were called drift.
-fn leading(event: &Event) -> impl Iterator<Item = &Course> {
-    let kind = event.kind();
-    event.courses.iter().filter(move |c| c.outcome == kind)
-}
-
-/// What the event means.
-fn meaning(event: &Event) -> &'static str {
-    let mut leading = leading(event);
-    let Some(first) = leading.next() else { return "" };
-    if leading.any(|c| c.kind != first.kind) {
-        return "Several channels are away: the operating point and the dynamics of the loop changed together.";
-    }
-    match (first.kind, first.side) {
-        (ChannelKind::Effort, Side::High) => {
-            "It takes more effort to hold y than it did: a load, a leak, lost gain, or a sensor that reads low."
-        }
-        (ChannelKind::Effort, Side::Low) => {
-            "It takes less effort to hold y than it did: a load is gone, the gain grew, or a sensor reads high."
-        }
-        (ChannelKind::MotionEffort, Side::High) => {
-            "It takes more effort to move than it did: friction, a load against the motion, or lost drive gain."
-        }
-        (ChannelKind::MotionEffort, Side::Low) => {
-            "It takes less effort to move than it did: less friction, a load along the motion, or more drive gain."
-        }
-        (ChannelKind::Activity, _) => {
-            "The controller works differently for the same reference: changed dynamics, gain or noise."
-        }
-        (ChannelKind::EnergyError(_), Side::High) => {
-            "The loop tracks worse for the energy that it spends: slower dynamics, a disturbance, or noise."
-        }
-        (ChannelKind::EnergyError(_), Side::Low) => {
-            "The loop tracks better for the energy that it spends, or spends energy that the error does not ask for."
-        }
-    }
-}
-
-fn sides(event: &Event) -> String {
-    let mut parts: Vec<String> = Vec::new();
-    for course in leading(event) {
-        let part = format!("{} {}", label(course.kind), side_name(course.side));
-        if !parts.contains(&part) {
-            parts.push(part);
-        }
-    }
-    parts.join(", ")
-}
-
 fn write_channels(out: &mut String, channels: &[ChannelSummary; 3]) -> std::fmt::Result {
-    writeln!(
-        out,
-        "{:<20} {:>7} {:>8} {:>8} {:>7}  verdict",
-        "channel", "judged", "mean z", "max |z|", "alarms"
-    )?;
+    writeln!(out, "\n{:<20} {:>7} {:>15} {:>7}  verdict", "channel", "windows", "farthest", "alarms")?;
     for channel in channels {
         let verdict = match (channel.learned, channel.worst) {
             (false, _) => "no baseline",
@@ -213,42 +95,44 @@ fn write_channels(out: &mut String, channels: &[ChannelSummary; 3]) -> std::fmt:
         };
         write!(
             out,
-            "{:<20} {:>7} {:>8} {:>8} {:>7}  {verdict}",
+            "{:<20} {:>7} {:>15} {:>7}  {verdict}",
             label(channel.kind),
             channel.judged,
-            fixed(channel.mean_z),
-            fixed(channel.max_abs_z),
+            farthest_z(channel.max_abs_z),
             channel.alarms
         )?;
         if channel.extrapolated > 0 {
-            write!(out, " ({} of {} outside the calibrated range)", channel.extrapolated, channel.judged)?;
+            write!(out, ", {} not calibrated", channel.extrapolated)?;
         }
         writeln!(out)?;
     }
     Ok(())
 }
 
-fn write_events(out: &mut String, summary: &Summary) -> std::fmt::Result {
-    if summary.events.is_empty() {
-        return Ok(());
-    }
-    writeln!(out, "\nevents")?;
+fn write_events(out: &mut String, summary: &Summary, clock: &Clock, terminal: &Terminal) {
+    out.push('\n');
     for event in summary.events.iter().take(SHOWN) {
         let span = match event.to_s() {
-            Some(to_s) => format!("{} .. {} s", short(event.from_s()), short(to_s)),
-            None => format!("{} s .. open", short(event.from_s())),
+            Some(to_s) => clock.span(event.from_s(), to_s),
+            None => format!("since {}", clock.says(event.from_s())),
         };
-        let courses: Vec<String> = farthest(event)
-            .into_iter()
-            .map(|(c, times)| if times > 1 { format!("{} ({times} times)", course(c)) } else { course(c) })
-            .collect();
-        writeln!(out, "  {:<12} {span:<22} {}", event.kind().name(), courses.join(", "))?;
+        let courses: Vec<String> =
+            farthest(event)
+                .into_iter()
+                .map(|(c, times)| {
+                    if times > 1 { format!("{} ({times} times)", course(c, clock)) } else { course(c, clock) }
+                })
+                .collect();
+        let text = format!("{span}: {}", courses.join("; "));
+        *out += &terminal.wrapped(&format!("{:<13}", event.kind().name()), &text);
     }
     let more = summary.events.len().saturating_sub(SHOWN) as u64 + summary.more_events;
     if more > 0 {
-        writeln!(out, "  and {more} more")?;
+        *out += &format!("and {more} more\n");
     }
-    Ok(())
+    if !summary.events.is_empty() {
+        out.push('\n');
+    }
 }
 
 /// Of each channel in the event the course that went farthest, and how many it had.
@@ -275,24 +159,19 @@ pub(super) fn detectors(course: &Course) -> String {
     names.collect::<Vec<_>>().join("+")
 }
 
-fn course(course: &Course) -> String {
+fn course(course: &Course, clock: &Clock) -> String {
     let mut text = format!(
-        "{} {} {:.1} sigma, {} at {} s",
+        "{} {}, {}, by {} at {}",
         label(course.kind),
         side_name(course.side),
-        course.max_z,
+        sigmas(course.max_z.into()),
         detectors(course),
-        short(course.alarm_s)
+        clock.cell(course.alarm_s)
     );
     if let Some(curve) = &course.fault_curve {
-        let _ = write!(
-            text,
-            "; b0 {} -> {}, b1 {} -> {}",
-            sig(course.baseline.b0),
-            sig(curve.b0),
-            sig(course.baseline.b1),
-            sig(curve.b1)
-        );
+        let (before, since) = (&course.baseline, curve);
+        let line = |b0: f32, b1: f32| line(b0.into(), b1.into());
+        let _ = write!(text, ", line {}, was {}", line(since.b0, since.b1), line(before.b0, before.b1));
     }
     text
 }
@@ -304,29 +183,12 @@ pub(super) fn label(kind: ChannelKind) -> String {
     }
 }
 
-pub(super) const fn side_name(side: Side) -> &'static str {
-    match side {
-        Side::High => "high",
-        Side::Low => "low",
+fn farthest_z(x: f64) -> String {
+    match x {
+        x if x.is_nan() => "-".into(),
+        x if x >= 100.0 => "over 100 sigma".into(),
+        x => sigmas(x),
     }
-}
-
-fn fixed(x: f64) -> String {
-    if x.is_nan() { "-".into() } else { format!("{x:.2}") }
-}
-
-fn sig(x: f32) -> String {
-    format!("{x:.3e}").parse::<f64>().map_or_else(|_| x.to_string(), |v| v.to_string())
-}
-
-/// At most a millisecond's digits, no trailing zeros.
-fn short(x: f64) -> String {
-    let text = format!("{x:.3}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn seconds(s: f64) -> String {
-    if s >= 7200.0 { format!("{} s ({:.1} h)", short(s), s / 3600.0) } else { format!("{} s", short(s)) }
 }
 
 /// A file's name must not reach the terminal with control codes in it.

@@ -7,6 +7,7 @@ use super::events::{Event, EventKind, Events};
 use super::pinned::Pinned;
 use super::run::Hop;
 use crate::recording::Quality;
+use crate::sentences::Clock;
 
 /// When a run is to end with exit code 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +95,8 @@ pub struct Summary {
     pub window_s: f64,
     /// From one decision to the next, s.
     pub hop_s: f64,
+    /// The date at t = 0, where the recording has dates: seconds since 1970 as written.
+    pub zero_s: Option<f64>,
     /// What was found while reading.
     pub quality: Quality,
     /// Decisions, with or without enough valid samples.
@@ -123,6 +126,11 @@ impl Summary {
     /// From the first sample to the end of the last, s.
     pub fn duration_s(&self) -> f64 {
         self.samples() as f64 * self.sample_time_s
+    }
+
+    /// How the recording tells the time.
+    pub fn clock(&self) -> Clock {
+        Clock::new(self.zero_s, self.duration_s())
     }
 
     /// Whether the run reached the level.
@@ -227,6 +235,7 @@ impl Tally {
             sample_time_s,
             window_s: f64::from(self.window_ticks) * sample_time_s,
             hop_s: f64::from(self.hop_ticks) * sample_time_s,
+            zero_s: None,
             quality,
             hops: self.hops,
             valid_hops: self.valid_hops,

@@ -7,7 +7,8 @@ use super::figures::Plate;
 use super::number::{interval, per_cent, ranged, seconds, significant, with_error};
 use super::ranking::Ranking;
 use super::{Paper, differences, json, published, settings};
-use crate::report::{Block, Page, Section};
+use crate::report::{Block, Page, Proof, Section};
+use crate::sentences::{Answer, KeyNumber};
 
 pub(super) fn page(paper: &Paper, command: String) -> Page {
     let figures = |files: &[&str]| -> Vec<Block> {
@@ -35,7 +36,13 @@ pub(super) fn page(paper: &Paper, command: String) -> Page {
     ];
     Page {
         title: "The paper, reproduced".into(),
-        verdict: verdict(paper),
+        about: "Every table and figure of the paper's results, ours beside the published".into(),
+        answer: answer(paper),
+        proof: paper.plates.iter().find(|plate| plate.file == "fig08a.svg").map(|plate| Proof {
+            figure: plate.figure.clone(),
+            title: plate.name.to_owned(),
+            caption: plate.shows.clone(),
+        }),
         command,
         facts: facts(paper),
         sections,
@@ -71,19 +78,37 @@ fn facts(paper: &Paper) -> Vec<(String, String)> {
     ]
 }
 
-fn verdict(paper: &Paper) -> String {
+fn answer(paper: &Paper) -> Answer {
     let (line, theirs) = (&paper.baseline.line, &published::BASELINE);
-    format!(
-        "The nominal relation comes out as J_e = {} + {} E_u against the published {} + {} E_u; textbook thresholds alarm in \
-         {:.0} % of healthy runs on the paper's overlapping windows; the effort channel finds a drift of 1 {:.1} times sooner than \
-         the paper's pair.",
-        significant(line.b0, 3),
-        significant(line.b1, 3),
-        significant(theirs.b0, 3),
-        significant(theirs.b1, 3),
-        alarmed_healthy(paper, 0),
-        times_faster(paper, 1.0).0,
-    )
+    let (times, healthy) = (times_faster(paper, 1.0).0, alarmed_healthy(paper, 0));
+    Answer {
+        status: None,
+        sentence: format!(
+            "The paper's method works, and its published numbers come out in part: the effort channel finds a drift {times:.1} times sooner \
+             than the pair that the paper uses."
+        ),
+        also: format!(
+            "The nominal relation comes out as J_e = {} + {} E_u; published is {} + {} E_u.",
+            significant(line.b0, 3),
+            significant(line.b1, 3),
+            significant(theirs.b0, 3),
+            significant(theirs.b1, 3)
+        ),
+        numbers: vec![
+            KeyNumber::new(
+                format!("{times:.1} times"),
+                "sooner by the effort channel, at equal false alarms",
+            ),
+            KeyNumber::new(
+                format!("{healthy:.0} %"),
+                "of healthy runs alarm with textbook thresholds on overlapping windows",
+            ),
+            KeyNumber::new(
+                significant(line.r2, 2),
+                format!("R\u{b2} of the nominal relation; published {}", significant(theirs.r2, 2)),
+            ),
+        ],
+    }
 }
 
 fn over(o: &OverSeeds) -> [String; 4] {

@@ -7,7 +7,7 @@ const LOG_PAD: f64 = 0.5;
 
 /// A scale between a range of numbers and the unit interval.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     low: f64,
     high: f64,
     log: bool,
@@ -61,6 +61,24 @@ impl Axis {
         if !names.is_empty() {
             self.ticks = names.to_vec();
         }
+        self
+    }
+
+    /// Ticks at whole minutes, hours or days, where x is in seconds since 1970.
+    pub fn of_dates(mut self, count: usize) -> Self {
+        let (minute, hour, day) = (60.0, 3600.0, 86_400.0);
+        let steps = [1.0, 5.0, 15.0, 30.0]
+            .into_iter()
+            .chain([1.0, 5.0, 15.0, 30.0].map(|n| n * minute))
+            .chain([1.0, 3.0, 6.0, 12.0].map(|n| n * hour))
+            .chain([1.0, 2.0, 7.0, 14.0, 30.0, 90.0, 365.0, 3650.0].map(|n| n * day));
+        let span = self.high - self.low;
+        let Some(step) = steps.into_iter().find(|step| span / step <= count.max(2) as f64) else {
+            return self;
+        };
+        let first = libm::ceil(self.low / step);
+        let ticks = (0..=count.max(2)).map(|i| (first + i as f64) * step).take_while(|x| *x <= self.high);
+        self.ticks = ticks.map(|x| (x, date_label(x, step))).collect();
         self
     }
 
@@ -147,6 +165,18 @@ fn label(x: f64, step_exponent: i32, largest: f64) -> String {
     })
 }
 
+/// A date with what changes from tick to tick, and the day at midnight.
+fn date_label(x_s: f64, step_s: f64) -> String {
+    let at = jiff::Timestamp::from_second(libm::round(x_s) as i64);
+    let midnight = libm::fmod(x_s, 86_400.0) == 0.0;
+    let format = match step_s {
+        _ if midnight => "%Y-%m-%d",
+        step if step < 60.0 => "%H:%M:%S",
+        _ => "%H:%M",
+    };
+    at.map_or_else(|_| String::new(), |at| at.to_zoned(jiff::tz::TimeZone::UTC).strftime(format).to_string())
+}
+
 /// The true minus sign is as wide as a digit.
 fn typographic(text: &str) -> String {
     text.replace('-', "\u{2212}")
@@ -193,6 +223,15 @@ mod tests {
         );
         assert_eq!(texts(&[0.0, 3e7], false), ["0", "1e7", "2e7", "3e7"]);
         assert_eq!(texts(&[100.0, 200.0], false), ["100", "120", "140", "160", "180", "200"]);
+    }
+
+    #[test]
+    fn dates_have_ticks_at_whole_hours_and_days() {
+        // From 2024-05-01 22:30 for five hours.
+        let start = 1_714_602_600.0;
+        let axis = Axis::over([start, start + 18_000.0].into_iter(), None, false, 0.0, 6).of_dates(6);
+        let texts: Vec<&str> = axis.visible_ticks().map(|(_, text)| text).collect();
+        assert_eq!(texts, ["23:00", "2024-05-02", "01:00", "02:00", "03:00"]);
     }
 
     #[test]

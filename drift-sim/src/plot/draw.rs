@@ -54,8 +54,9 @@ fn x_axis(figure: &Figure, index: usize, width: f64) -> Axis {
     let has_points = |layer: &Layer| matches!(layer, Layer::Points { .. } | Layer::Bars { .. });
     let layers = || panels().flat_map(|panel| &panel.layers);
     let pad = if layers().any(has_points) || !layers().any(is_line) { 0.03 } else { 0.0 };
-    let axis =
-        Axis::over(panels().flat_map(x_values), wanted, log, pad, ((width / 60.0) as usize).clamp(2, 12));
+    let count = |px: f64, most: usize| ((width / px) as usize).clamp(2, most);
+    let axis = Axis::over(panels().flat_map(x_values), wanted, log, pad, count(60.0, 12));
+    let axis = if panels().any(|panel| panel.x_dates) { axis.of_dates(count(110.0, 8)) } else { axis };
     let names: &[_] = figure.panels.get(index).map_or(&[], |panel| &panel.x_names);
     axis.named(names)
 }

@@ -14,6 +14,8 @@ mod thin;
 
 use std::path::Path;
 
+pub(crate) use axis::Axis;
+
 use crate::{Result, output};
 
 /// Colours that stay apart for colour-blind readers and in print (Okabe and Ito, Color Universal Design, 2008).
@@ -231,6 +233,8 @@ pub struct Panel {
     pub y_range: Option<(f64, f64)>,
     /// Whether x is logarithmic; only what is above 0 is shown then.
     pub x_log: bool,
+    /// Whether x is in seconds since 1970, to be written as dates.
+    pub x_dates: bool,
     /// Whether y is logarithmic; only what is above 0 is shown then.
     pub y_log: bool,
     /// Names at places on the x axis, instead of numbers.

@@ -2,9 +2,6 @@
 
 use std::ffi::OsString;
 
-/// Columns that fit beside a name and its numbers on an 80 column terminal, with some room.
-pub const COLUMNS: usize = 48;
-
 /// What heights are drawn with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signs {

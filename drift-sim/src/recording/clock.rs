@@ -142,6 +142,16 @@ impl Clock {
         Error::new(format!("'{}' in column '{}' {what}", excerpt(text), self.column)).allowed(allowed)
     }
 
+    /// The date at time 0 as it is written, without its zone: seconds since 1970; `None` of numbers and of times of the day.
+    pub fn zero_s(&self) -> Option<f64> {
+        let Kind::Dates { origin, .. } = &self.kind else { return None };
+        if origin.writing == Writing::TimeOfDay {
+            return None;
+        }
+        let order = self.order.or(origin.is_sure().then_some(DateOrder::DayFirst))?;
+        origin.at(order).map(|at| at.as_millisecond() as f64 * 1e-3)
+    }
+
     /// What time 0 is, where the stamps are dates; or the unit, where it isn't the second.
     pub fn note(&self) -> Option<String> {
         let column = &self.column;

@@ -47,6 +47,7 @@ mod write;
 use std::io::Read;
 use std::path::Path;
 
+use crate::sentences::Clock;
 use crate::{Error, Result};
 use budget::Budget;
 
@@ -118,6 +119,8 @@ pub struct Recording {
     pub sample_time_s: f64,
     /// Time of the first sample, s.
     pub start_s: f64,
+    /// The date at t = 0 as written, in seconds since 1970; `None` where the recording has no dates.
+    pub zero_s: Option<f64>,
     /// Reference, in the loop's units.
     pub r: Vec<f64>,
     /// Measured output, in the loop's units.
@@ -175,6 +178,7 @@ impl Recording {
         }
         recording.sample_time_s = stream.whole_sample_time_s();
         recording.start_s = stream.start_s();
+        recording.zero_s = stream.zero_s();
         recording.quality = stream.quality();
         let mut is_text = stream.text_columns().into_iter();
         let left_out = &mut recording.quality.text_columns;
@@ -201,6 +205,11 @@ impl Recording {
     /// Time of a sample, s.
     pub fn time_s(&self, index: usize) -> f64 {
         self.start_s + index as f64 * self.sample_time_s
+    }
+
+    /// How it tells the time.
+    pub fn clock(&self) -> Clock {
+        Clock::new(self.zero_s, self.duration_s())
     }
 
     /// From the first sample to one sample time after the last, s.

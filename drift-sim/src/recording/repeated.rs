@@ -73,6 +73,10 @@ impl Rows for Merged {
         self.rows.names()
     }
 
+    fn zero_s(&self) -> Option<f64> {
+        self.rows.zero_s()
+    }
+
     fn notes(&self) -> Vec<String> {
         let mut notes = self.rows.notes();
         if self.merged > 0 {

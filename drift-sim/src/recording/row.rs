@@ -61,6 +61,10 @@ pub(super) trait Rows: Send {
     }
     /// What was chosen on the way and a person should know, one line each.
     fn notes(&self) -> Vec<String>;
+    /// The date at t = 0 as written, in seconds since 1970; `None` where there are no dates.
+    fn zero_s(&self) -> Option<f64> {
+        None
+    }
     /// Reads the next row into `row`; false at the end.
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool>;
 }

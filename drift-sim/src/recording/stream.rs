@@ -273,6 +273,11 @@ impl RecordingStream {
         &self.rows.choice().columns
     }
 
+    /// The date at t = 0 as written, in seconds since 1970; `None` where the recording has no dates.
+    pub fn zero_s(&self) -> Option<f64> {
+        self.rows.zero_s()
+    }
+
     /// What was found so far; complete after the last sample. Cells of up to 10 000 rows that were read ahead are
     /// already counted.
     pub fn quality(&self) -> Quality {

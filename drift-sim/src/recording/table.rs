@@ -177,6 +177,10 @@ impl Rows for TableRows {
         &self.names
     }
 
+    fn zero_s(&self) -> Option<f64> {
+        self.clock.as_ref().and_then(Clock::zero_s)
+    }
+
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
         self.choice.notes.iter().chain(&self.notes).cloned().chain(clock).collect()

@@ -131,6 +131,10 @@ impl<R: Records> Rows for TextRows<R> {
         &self.names
     }
 
+    fn zero_s(&self) -> Option<f64> {
+        self.clock.as_ref().and_then(Clock::zero_s)
+    }
+
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
         self.records.notes().into_iter().chain(self.choice.notes.iter().cloned()).chain(clock).collect()

@@ -37,6 +37,7 @@ struct PanelData {
     x_range: Option<(f64, f64)>,
     y_range: Option<(f64, f64)>,
     x_log: bool,
+    x_dates: bool,
     y_log: bool,
     x_names: Vec<(f64, String)>,
     y_names: Vec<(f64, String)>,
@@ -137,6 +138,7 @@ fn panel(of: &Panel, most: usize, grids: &mut Vec<Grid>, thinned: &mut Option<(u
         x_range: of.x_range,
         y_range: of.y_range,
         x_log: of.x_log,
+        x_dates: of.x_dates,
         y_log: of.y_log,
         x_names: of.x_names.clone(),
         y_names: of.y_names.clone(),
@@ -164,7 +166,7 @@ fn split(points: &[(f64, f64)]) -> (Vec<f64>, Vec<f64>) {
 /// At most `most` points: the least and the greatest value of each of equal stretches, in the order in which they came, at the
 /// stretch's beginning and middle, so that lines over the same times stay over the same times. A stretch without any value
 /// breaks the line.
-fn shortened(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
+pub(super) fn shortened(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
     if points.len() <= most {
         return points.to_vec();
     }

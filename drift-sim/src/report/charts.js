@@ -1,7 +1,9 @@
 // Draws the figures of a report with uPlot. Figures that share an axis are zoomed and read together.
 "use strict";
 (() => {
-  const LEFT = 92, DASH = [8, 5], LIMIT_DASH = [4, 4], PAPER_WIDTH = 680;
+  const LEFT = 92, DASH = [8, 5], LIMIT_DASH = [4, 4];
+  // From here on the still pictures are for print alone.
+  document.documentElement.classList.add("live");
   const figures = JSON.parse(document.getElementById("figures").textContent);
   const groups = new Map();
   const plots = [];
@@ -246,8 +248,9 @@
     return `<svg width="22" height="12" aria-hidden="true">${shapes[layer.type]()}</svg>`;
   };
 
-  // Names and, under the cursor, values. Returns what to call when the cursor moves.
-  const makeLegend = (parent, panel, lines) => {
+  // Names and, under the cursor, values. Returns what to call when the cursor moves. What a panel above has named is a sample and its
+  // value here.
+  const makeLegend = (parent, panel, lines, known) => {
     const legend = element("div", parent, { className: "legend" });
     if (panel.title) element("b", legend, { textContent: panel.title });
     const seen = new Set(), values = [];
@@ -255,8 +258,9 @@
       const look = [layer.type, layer.name, layer.colour, layer.dashed].join();
       if (!layer.name || seen.has(look)) continue;
       seen.add(look);
-      const entry = element("span", legend, { innerHTML: swatch(layer) });
-      entry.append(layer.name);
+      const entry = element("span", legend, { innerHTML: swatch(layer), title: layer.name });
+      if (!known.has(look)) entry.append(layer.name);
+      known.add(look);
       const line = lines.find((l) => l.layer === layer);
       if (line) values.push({ index: line.index, place: element("span", entry, { className: "value" }) });
     }
@@ -270,19 +274,19 @@
     };
   };
 
-  const axisOf = (label, names, size, visible) => ({
+  const axisOf = (label, names, size, visible, dates) => ({
     stroke: () => colour("text"), font: "12px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif",
     grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("rule"), width: 1, size: 4 },
     label: visible && label ? label : undefined, labelSize: 22, labelGap: 0, size, gap: 4,
     ...(names.length ? { splits: () => names.map(([at]) => at) } : {}),
-    values: (u, splits) => !visible ? splits.map(() => "")
-      : names.length ? splits.map((at) => names.find(([x]) => x === at)?.[1] ?? "") : ticks(splits),
+    ...(dates && visible ? {} : { values: (u, splits) => !visible ? splits.map(() => "")
+      : names.length ? splits.map((at) => names.find(([x]) => x === at)?.[1] ?? "") : ticks(splits) }),
   });
 
-  const makePlot = (panel, grids, parent, group, { height, showX, linked, tell }) => {
+  const makePlot = (panel, grids, parent, group, { height, showX, linked, known, tell }) => {
     const place = element("div", parent, { className: "panel" });
     const { data, lines, bands, count } = table(panel, grids);
-    const legend = makeLegend(place, panel, lines);
+    const legend = makeLegend(place, panel, lines, known);
     const canvas = element("div", place);
     const series = [{}, ...Array.from({ length: count }, () => ({ stroke: "transparent", width: 0, points: { show: false } }))];
     for (const { layer, index } of lines) {
@@ -290,18 +294,20 @@
         dash: layer.dashed ? DASH : undefined, points: { show: false } };
     }
     const x = panel.x_label.split(" / "), view = { x: group.whole };
+    const told = (at) => panel.x_dates ? new Date(at * 1e3).toISOString().replace("T", " ").slice(0, 19) : `${x[0]} = ${shown(at)} ${x[1] ?? ""}`;
     const u = new uPlot({
       width: width(place), height,
       padding: [6, 14, 0, 0],
+      tzDate: (seconds) => uPlot.tzDate(new Date(seconds * 1e3), "UTC"),
       legend: { show: false },
       scales: {
         // uPlot ranges x before y, and tells y nothing of x.
-        x: { time: false, distr: panel.x_log ? 3 : 1, range: (u, low, high) => (view.x = [low, high]) },
+        x: { time: panel.x_dates, distr: panel.x_log ? 3 : 1, range: (u, low, high) => (view.x = [low, high]) },
         y: { distr: panel.y_log ? 3 : 1, range: yRange(panel, view) },
       },
       series,
       bands: bands.map((b) => ({ series: [b.upper, b.lower], fill: () => shade(b.layer.colour, 30) })),
-      axes: [axisOf(panel.x_label, panel.x_names, showX ? 28 : 8, showX), axisOf(panel.y_label, panel.y_names, panel.y_label ? LEFT - 22 : LEFT, true)],
+      axes: [axisOf(panel.x_label, panel.x_names, showX ? (panel.x_dates ? 44 : 28) : 8, showX, panel.x_dates), axisOf(panel.y_label, panel.y_names, panel.y_label ? LEFT - 22 : LEFT, true)],
       cursor: {
         sync: linked ? { key: group.name, filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } } : undefined,
         drag: { x: true, y: !linked, uni: 20 }, points: { size: 6 },
@@ -317,7 +323,7 @@
         drawClear: [(u) => drawBehind(u, panel)],
         draw: [(u) => drawFront(u, panel)],
         setScale: [(u, key) => { if (key === "x" && group.plots.includes(u)) show(group, u.scales.x.min, u.scales.x.max); }],
-        setCursor: [(u) => { legend(u); if (u.cursor.left >= 0) tell(`${x[0]} = ${shown(u.posToVal(u.cursor.left, "x"))} ${x[1] ?? ""}`); }],
+        setCursor: [(u) => { legend(u); if (u.cursor.left >= 0) tell(told(u.posToVal(u.cursor.left, "x"))); }],
       },
     }, data, canvas);
     u.setScale("x", { min: group.whole[0], max: group.whole[1] });
@@ -333,8 +339,7 @@
     plots.push({ u, place, height });
   };
 
-  const width = (place) => Math.max(200, document.documentElement.classList.contains("paper")
-    ? Math.min(place.clientWidth, PAPER_WIDTH) : place.clientWidth);
+  const width = (place) => Math.max(200, place.clientWidth);
 
   const makeTools = (figure, targets) => {
     const tools = element("div", figure, { className: "tools" });
@@ -365,7 +370,7 @@
     figure.setAttribute("role", "group");
     figure.setAttribute("aria-label", figure.querySelector("figcaption").textContent);
     const output = makeTools(figure, () => own);
-    const linked = data.shared_x;
+    const linked = data.shared_x, known = new Set();
     data.panels.forEach((panel, i) => {
       const name = !linked ? `${figure.id}-${i}` : data.axis ?? figure.id;
       const whole = wholeRange(linked ? data.panels : [panel], grids);
@@ -375,7 +380,7 @@
       const last = !linked || i + data.columns >= data.panels.length;
       const label = linked ? data.panels.findLast((p) => p.x_label)?.x_label ?? "" : panel.x_label;
       makePlot({ ...panel, x_label: label }, grids, parent, group, {
-        height: Math.max(data.height - 30, 110) + (last ? 36 : 0), showX: last, linked, tell: (text) => { output.value = text; },
+        height: Math.max(data.height - 30, 110) + (last ? 36 : 0), showX: last, linked, known: linked ? known : new Set(), tell: (text) => { output.value = text; },
       });
     });
   };
@@ -403,13 +408,11 @@
   new ResizeObserver(resize).observe(document.body);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   for (const details of document.querySelectorAll("details")) details.addEventListener("toggle", resize);
-  // Paper is white and has its own width; what is folded is printed as well.
+  // Paper is white and shows the still pictures, which fit any width; what is folded is printed as well.
   const forPaper = (on) => () => {
     document.documentElement.classList.toggle("paper", on);
     if (on) document.querySelectorAll("details:not([open])").forEach((d) => { d.open = d.dataset.folded = true; });
     else document.querySelectorAll("details[data-folded]").forEach((d) => { d.open = false; delete d.dataset.folded; });
-    resize();
-    redraw();
   };
   addEventListener("beforeprint", forPaper(true));
   addEventListener("afterprint", forPaper(false));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Block, Chart, Page, Section, Table, chart_data, escape};
+use super::{Block, Chart, Page, Proof, Section, Status, Table, chart_data, escape, picture};
 use crate::Result;
 use crate::plot::Figure;
 
@@ -10,6 +10,8 @@ const STYLE: &str = include_str!("style.css");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const CHARTS: &str = include_str!("charts.js");
+/// The heading over what the page is of.
+const ABOUT: &str = "About this page";
 /// Nothing is loaded from anywhere, not even if some text should become markup.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
@@ -22,11 +24,13 @@ const LEAST_PER_LINE: usize = 1000;
 
 pub(super) fn write(page: &Page) -> Result<String> {
     let lengths: Vec<usize> = page.sections.iter().flat_map(|s| line_lengths(&s.blocks)).collect();
-    let mut writer = Writer { body: String::new(), figures: Vec::new(), most: longest_line(&lengths) };
+    let mut writer =
+        Writer { body: String::new(), figures: Vec::new(), most: longest_line(&lengths), stills: 0 };
     writer.head(page);
     for (i, section) in page.sections.iter().enumerate() {
         writer.section(i, section)?;
     }
+    writer.about(page.sections.len(), page);
     Ok(writer.whole(page))
 }
 
@@ -56,6 +60,8 @@ struct Writer {
     figures: Vec<String>,
     /// Points of a line at most.
     most: usize,
+    /// Pictures so far.
+    stills: usize,
 }
 
 impl Writer {
@@ -64,9 +70,55 @@ impl Writer {
         let _ = self.body.write_fmt(markup);
     }
 
+    /// The first screen, the contents, and where the rest begins.
     fn head(&mut self, page: &Page) {
-        let (title, verdict) = (escape::text(&page.title), escape::text(&page.verdict));
-        self.put(format_args!("<header><h1>{title}</h1>\n<p class=\"verdict\">{verdict}</p>\n"));
+        let answer = &page.answer;
+        self.body.push_str("<header><p class=\"top\">");
+        if let Some(status) = answer.status {
+            let (name, word) = (status.name(), escape::text(status.word()));
+            self.put(format_args!("<strong class=\"badge {name}\">{}{word}</strong> ", shape(status)));
+        }
+        let (about, sentence) = (escape::text(&page.about), escape::text(&answer.sentence));
+        self.put(format_args!("<span class=\"about\">{about}</span></p>\n<h1>{sentence}</h1>\n"));
+        if !answer.also.is_empty() {
+            self.put(format_args!("<p class=\"also\">{}</p>\n", escape::text(&answer.also)));
+        }
+        if !answer.numbers.is_empty() {
+            self.body.push_str("<ul class=\"three\">");
+            for number in &answer.numbers {
+                let (value, label) = (escape::text(&number.value), escape::text(&number.label));
+                self.put(format_args!("<li><b>{value}</b><span>{label}</span></li>"));
+            }
+            self.body.push_str("</ul>\n");
+        }
+        if let Some(proof) = &page.proof {
+            self.proof(proof);
+        }
+        self.body.push_str("</header>\n<nav aria-label=\"Contents\"><ul>");
+        for (i, section) in page.sections.iter().enumerate() {
+            self.put(format_args!("<li><a href=\"#s{i}\">{}</a></li>", escape::text(&section.title)));
+        }
+        self.put(format_args!("<li><a href=\"#s{}\">{ABOUT}</a></li>", page.sections.len()));
+        self.body.push_str("</ul></nav>\n<main>\n");
+    }
+
+    /// The picture for a wide page and for a narrow one; the style sheet shows one of them.
+    fn proof(&mut self, proof: &Proof) {
+        let described = format!("{} {}", picture::description(&proof.figure), proof.caption);
+        self.body.push_str("<figure class=\"proof\">");
+        for (size, class, id) in [(picture::WIDE, "broad", "pw"), (picture::NARROW, "slim", "pn")] {
+            let svg = picture::svg(&proof.figure, size, id, &proof.title, &described);
+            self.put(format_args!("<div class=\"{class}\">{svg}</div>"));
+        }
+        self.put(format_args!("<figcaption>{}</figcaption></figure>\n", escape::text(&proof.caption)));
+    }
+
+    /// What the page is of, and the command line that made it.
+    fn about(&mut self, number: usize, page: &Page) {
+        self.put(format_args!(
+            "<section id=\"s{number}\"><h2>{ABOUT}</h2>\n<p>{}</p>\n",
+            escape::text(&page.title)
+        ));
         if !page.facts.is_empty() {
             self.body.push_str("<dl>");
             for (name, value) in &page.facts {
@@ -80,11 +132,7 @@ impl Writer {
                 escape::text(&page.command)
             ));
         }
-        self.body.push_str("</header>\n<nav aria-label=\"Contents\"><ul>");
-        for (i, section) in page.sections.iter().enumerate() {
-            self.put(format_args!("<li><a href=\"#s{i}\">{}</a></li>", escape::text(&section.title)));
-        }
-        self.body.push_str("</ul></nav>\n<main>\n");
+        self.body.push_str("</section>\n");
     }
 
     fn section(&mut self, number: usize, section: &Section) -> Result<()> {
@@ -113,7 +161,7 @@ impl Writer {
             }
             Block::Chart(chart) => self.chart(chart)?,
             Block::Picture { figure, caption } => {
-                let (svg, caption) = (svg(figure)?, escape::text(caption));
+                let (svg, caption) = (self.still(figure, caption), escape::text(caption));
                 self.put(format_args!(
                     "<figure class=\"picture\">{svg}<figcaption>{caption}</figcaption></figure>\n"
                 ));
@@ -155,13 +203,21 @@ impl Writer {
                  each stretch.</span>"
             )
         });
-        let svg = svg(&chart.figure)?;
+        let svg = self.still(&chart.figure, &chart.caption);
         self.put(format_args!(
             "<figure class=\"chart\" id=\"f{number}\" data-figure=\"{number}\"><div class=\"panels\"></div>\
-             <noscript><p>Zoom and cursor need JavaScript; this is the same chart as a picture.</p>{svg}</noscript>\
-             <figcaption>{caption}{note}</figcaption></figure>\n"
+             <div class=\"still\">{svg}</div><figcaption>{caption}{note}</figcaption></figure>\n"
         ));
         Ok(())
+    }
+
+    /// The figure as a picture: what is seen without a script, and in print.
+    fn still(&mut self, figure: &Figure, caption: &str) -> String {
+        self.stills += 1;
+        let title = caption.split_inclusive(". ").next().unwrap_or_default();
+        let size =
+            picture::Size { panel_height: f64::from(figure.panel_height_px).min(300.0), ..picture::WIDE };
+        picture::svg(figure, size, &format!("q{}", self.stills), title.trim(), &picture::description(figure))
     }
 
     fn whole(self, page: &Page) -> String {
@@ -188,10 +244,22 @@ impl Writer {
     }
 }
 
-/// A picture within the page: without the declaration that a file of its own begins with.
-fn svg(figure: &Figure) -> Result<String> {
-    let svg = figure.to_svg()?;
-    Ok(svg.find("<svg").and_then(|at| svg.get(at..)).unwrap_or_default().to_owned())
+/// A status as a shape of its own.
+fn shape(status: Status) -> String {
+    let drawn = match status {
+        Status::Healthy => "<circle cx=\"8\" cy=\"8\" r=\"8\"/><path d=\"M4 8.3l3 3 5-6\"/>",
+        Status::Suspect => "<path class=\"f\" d=\"M8 0l8 15H0z\"/><path d=\"M8 5v5M8 12.2v.6\"/>",
+        Status::Drift => {
+            "<path class=\"f\" d=\"M4.7 0h6.6L16 4.7v6.6L11.3 16H4.7L0 11.3V4.7z\"/><path d=\"M4 11l8-6M8 4.6l4 .4-1 3.8\"/>"
+        }
+        Status::CauseFound => {
+            "<rect width=\"16\" height=\"16\" rx=\"3\"/><circle class=\"o\" cx=\"7\" cy=\"7\" r=\"3.4\"/><path d=\"M9.6 9.6l3.4 3.4\"/>"
+        }
+        Status::CantTell => {
+            "<path class=\"f\" d=\"M8 0l8 8-8 8-8-8z\"/><path d=\"M6 6.3a2 2 0 1 1 2.6 1.9c-.5.2-.6.6-.6 1.2M8 11.6v.6\"/>"
+        }
+    };
+    format!("<svg viewBox=\"0 0 16 16\" aria-hidden=\"true\">{drawn}</svg>")
 }
 
 /// Whether a cell is a number, a range of numbers or nothing.

@@ -8,29 +8,44 @@ mod chart_data;
 mod command_line;
 mod escape;
 mod html;
-mod number;
+mod picture;
 mod plane;
 
 pub use command_line::command_line;
-pub use number::{interval, number};
 pub use plane::{Cloud, Moved, axis_names, plane};
 
 use crate::plot::Figure;
+use crate::sentences::{Answer, Status};
 use crate::{Result, output};
 
 /// A whole report. Every text is plain text: what looks like markup is shown as it stands.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Page {
-    /// Its name, over everything and in the browser's tab.
+    /// Its name, in the browser's tab.
     pub title: String,
-    /// What was found, in a sentence or two.
-    pub verdict: String,
+    /// What it is about, beside the status: the file's name and its length.
+    pub about: String,
+    /// The first screen: status, sentence, three numbers.
+    pub answer: Answer,
+    /// The one picture that proves the answer, on the first screen.
+    pub proof: Option<Proof>,
     /// The command line that made it.
     pub command: String,
     /// What it is about: a name and its value each.
     pub facts: Vec<(String, String)>,
     /// In reading order.
     pub sections: Vec<Section>,
+}
+
+/// The picture on the first screen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proof {
+    /// What is drawn.
+    pub figure: Figure,
+    /// What it shows, in a few words.
+    pub title: String,
+    /// Under it: how to read it.
+    pub caption: String,
 }
 
 /// A heading and what stands under it.

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use drift_core::{Detectors, Index};
 use drift_sim::calibrate::{self, Options, Signals};
 use drift_sim::output::Outputs;
+use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output, report};
 
 use crate::progress::Progress;
@@ -166,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     outputs.commit()?;
     if !to_standard {
-        output::write_text(Path::new("-"), &calibration.to_text())?;
+        output::write_text(Path::new("-"), &calibration.to_text(&Terminal::here()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -12,10 +12,10 @@ use drift_sim::control_loop::Loop;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, page, screen, watch};
 use drift_sim::output::{self, Outputs as Files};
 use drift_sim::physics::Term;
-use drift_sim::plot::terminal::Signs;
 use drift_sim::recording::{ReadOptions, RecordingStream, csv_bytes, uniform_times_s};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Start, Trace, simulate};
+use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, report};
 
 const OVEN: &str = include_str!("../../../../examples/loops/oven.toml");
@@ -90,14 +90,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         .write_text(&report_path, &page(&summary, &chart, &baseline, stream.columns(), command).to_html()?)?;
     files.commit()?;
 
+    let here = Terminal::here();
     let text = format!(
         "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:\n\
          by the end the oven is {:.1} degC off, and y still shows the set-point.\n\n{}{}\n\
          recording  {}\nbaseline   {}\npicture    {}\nreport     {}\n",
         ONSET_S / HOUR_S,
         true_offset(&run),
-        screen(&summary, baseline.promise.as_ref()),
-        chart.rows(&summary, Signs::of_locale()),
+        screen(&summary, baseline.promise.as_ref(), &here),
+        chart.rows(&summary, &here),
         recording.display(),
         baseline_path.display(),
         picture.display(),

@@ -7,11 +7,12 @@ use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, page, report};
+use drift_sim::diagnose::{Diagnosis, Named, diagnose, page, report};
 use drift_sim::output::Outputs;
-use drift_sim::physics::{Kind, UnitNames, digits, shown, significant, with_unit};
-use drift_sim::plot::terminal::Signs;
+use drift_sim::physics::{Kind, UnitNames};
 use drift_sim::report::command_line;
+use drift_sim::sentences::{self, Clock, ends, fit, measured, plain};
+use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output};
 
 use crate::progress::Progress;
@@ -61,12 +62,18 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&named, &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
     let inputs = || model.inputs.iter().map(|input| input.column.clone()).collect();
-    let read = |path: &Path| Signals::new(&arguments.reading.read(path, inputs())?, &model);
+    let with_clock = |path: &Path| -> Result<(Signals, Clock)> {
+        let recording = arguments.reading.read(path, inputs())?;
+        Ok((Signals::new(&recording, &model)?, recording.clock()))
+    };
+    let read = |path: &Path| with_clock(path).map(|(signals, _)| signals);
     let recording = arguments.reading.read(&arguments.recording, inputs())?;
     let train = Signals::new(&recording, &model)?;
-    let holdout = arguments.holdout.as_deref().map(read).transpose()?;
+    let (clock, start_s) = (recording.clock(), train.start_s - train.origin_s);
+    let holdout = arguments.holdout.as_deref().map(|path| with_clock(path)).transpose()?;
+    let (holdout, holdout_clock) = holdout.map_or((None, clock), |(signals, clock)| (Some(signals), clock));
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
-    let progress = Progress::of_unknown("diagnosing");
+    let progress = Progress::of_unknown("trying every kind of physics that could be missing");
     let found = if healthy.is_empty() {
         diagnose(&train, holdout.as_ref(), &model)?
     } else {
@@ -84,49 +91,48 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
             loop_file: &arguments.loop_file,
             holdout_file: arguments.holdout.as_deref(),
             columns: &recording.columns,
+            clock,
+            holdout_clock,
         };
         let page = page::page(&found, &case, command_line(std::env::args_os()));
         outputs.write_text(path, &page.to_html()?)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());
-        let text = serde_json::to_string_pretty(&report::json(&found, name.as_deref()))
+        let text = serde_json::to_string_pretty(&report::json(&found, name.as_deref(), &clock, start_s))
             .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
         outputs.write_text(path, &(text + "\n"))?;
     }
     outputs.commit()?;
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let shown = holdout.as_ref().unwrap_or(&train);
-        let text = screen(&found) + &sparkline::rows(&found, shown, Signs::of_locale());
+        let here = Terminal::here();
+        let text = screen(&found, &clock, start_s, &here) + &sparkline::rows(&found, shown, &here);
         output::write_text(Path::new("-"), &text)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// One screen for people.
-fn screen(found: &Diagnosis) -> String {
+/// An improvement below, in percentage points, is nothing that a reader could use.
+const LEAST_POINTS: f64 = 0.01;
+
+/// One screen for people: the answer first.
+fn screen(found: &Diagnosis, clock: &Clock, start_s: f64, terminal: &Terminal) -> String {
     let place = found.place.map_or(String::new(), |place| format!(", at the {}", place.name()));
-    let mut text = format!("verdict: {}{place}\n", found.verdict.name());
+    let mut text = terminal.answer(&sentences::diagnosis(found, clock, start_s));
+    text += &format!("\nverdict: {}{place}\n", found.verdict.name());
     for named in &found.physics {
-        text += &physics(named, &found.nominal.unit_names());
-    }
-    if found.far_off {
-        text += match found.verdict {
-            Verdict::NoMismatch | Verdict::Parameters => {
-                "  nothing can be said: the plant that could be identified does not follow y where it has not seen it\n"
-            }
-            _ => "  the loop stays far from what was measured: more is missing than can be named\n",
-        };
+        text += &physics(named, &found.nominal.unit_names(), terminal);
     }
     if found.not_used > 0 {
         text += &format!("  the last {} samples of the recording were not used\n", found.not_used);
     }
-    for (what, says) in found.located() {
-        text += &format!("  {}: {says}\n", what.to_lowercase());
+    for (what, says) in found.located(clock, start_s) {
+        text += &terminal.wrapped(&format!("  {}: ", what.to_lowercase()), &says);
     }
     for p in &found.parameters {
-        let (value, from) = (shown(p.value, ""), shown(p.nominal, ""));
-        text += &format!("  {:24} {from} -> {value} +- {}\n", p.name, shown(p.half_width, ""));
+        let (value, from) = (measured(p.value, p.half_width, ""), plain(p.nominal, 4));
+        text += &terminal.wrapped(&format!("  {:24} ", p.name), &format!("{value} (as given: {from})"));
     }
     text += &fits(found);
     let unexcited: Vec<&str> = found
@@ -136,42 +142,30 @@ fn screen(found: &Diagnosis) -> String {
         .map(|r| r.kind)
         .collect();
     if !unexcited.is_empty() {
-        text += &format!("  this recording can't show: {}\n", unexcited.join(", "));
+        text += &terminal.wrapped("  this recording can't show: ", &unexcited.join(", "));
     }
     text
 }
 
-/// A term in a sentence, with its intervals and its ties.
-fn physics(named: &Named, units: &UnitNames) -> String {
-    let mut text = format!("  {}\n", named.term.says(units));
-    let parameters = named.term.kind.parameters.iter().zip(&named.term.parameters);
-    for ((parameter, value), width) in parameters.zip(&named.half_widths) {
-        let unit = units.unit(parameter.unit);
-        let digits = digits(*value, *width);
-        let interval = if width.is_finite() {
-            format!("95 %: {} to {}", significant(value - width, digits), significant(value + width, digits))
-        } else {
-            "not determined, or held".into()
-        };
-        let value = with_unit(significant(*value, digits), &unit);
-        text += &format!("    {:22} {value:<20} {interval}\n", parameter.name);
+/// A term's numbers with their intervals, and its ties.
+fn physics(named: &Named, units: &UnitNames, terminal: &Terminal) -> String {
+    let kind = named.term.kind;
+    let mut text = String::new();
+    let parameters = kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
+    for ((parameter, value), width) in parameters {
+        let shown = sentences::parameter(*value, *width, &units.unit(parameter.unit));
+        let remark = if width.is_finite() { "" } else { " (not determined, or held)" };
+        let name = format!("{} {}", kind.name, parameter.name.trim_end_matches("_per_s"));
+        text += &terminal.wrapped(&format!("  {name:33} "), &format!("{shown}{remark}"));
     }
-    if let Some(first) = named.moved_from() {
-        text +=
-            &format!("    before the others were named: {}\n", (first.kind.says)(&first.parameters, units));
+    if sentences::may_be_nothing(named) {
+        text += &terminal.wrapped("    ", "by its interval this may be nothing");
     }
     if !named.tied.is_empty() {
-        text +=
-            &format!("    can't be told from {}: {}\n", named.tied.join(", "), named.term.kind.experiment);
+        let text_of = format!("can't be told from {}: {}", named.tied.join(", "), kind.experiment);
+        text += &terminal.wrapped("    ", &text_of);
     }
     text
-}
-
-/// A fit below this follows nothing; how far below says nothing more.
-const NO_FIT_PCT: f64 = -1000.0;
-
-fn percent(value: f64, decimals: usize) -> String {
-    if value < NO_FIT_PCT { format!("below {NO_FIT_PCT}") } else { format!("{value:.decimals$}") }
 }
 
 /// How well the simulated loop fits: unseen data, or, where nothing was held out, what all was fitted to.
@@ -183,33 +177,21 @@ fn fits(found: &Diagnosis) -> String {
     let rows = [
         ("as it came", fits.nominal),
         ("refitted", fits.before),
-        ("improved", fits.after),
+        ("with what was found", fits.after),
         ("noise alone leaves", found.noise_floor),
     ];
     let mut text = format!("  {what:25} {:>10} {:>10}\n", "y", "u");
-    for (name, fit) in rows {
-        if let Some(fit) = fit {
-            let u = fit.u_pct.map_or(String::from("-"), |u| percent(u, 2));
-            text += &format!("    {name:20} {:>13} {u:>10}\n", percent(fit.y_pct, 3));
+    for (name, of) in rows {
+        if let Some(of) = of {
+            let u = of.u_pct.map_or(String::from("-"), fit);
+            text += &format!("    {name:20} {:>13} {u:>10}\n", fit(of.y_pct));
         }
     }
     if let Some(period) = found.cycle_s {
-        text += &format!("    the loop cycles by itself: simulated anew every {}\n", shown(period, "s"));
+        text += &format!("    the loop cycles by itself: simulated anew every {} s\n", plain(period, 4));
     }
-    if let Some([low, high]) = found.improvement.filter(|[low, _]| *low > 0.0) {
-        text += &format!("    the physics improves it by {low:.2} to {high:.2} points (95 %)\n");
+    if let Some([low, high]) = found.improvement.filter(|[low, high]| *low > 0.0 && *high >= LEAST_POINTS) {
+        text += &format!("    what was found improves it by {} points (95 %)\n", ends(low, high));
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fit_that_follows_nothing_is_no_number_of_thirty_digits() {
-        assert_eq!(percent(-5.720_106_733_719_835e30, 3), "below -1000");
-        assert_eq!(percent(f64::NEG_INFINITY, 3), "below -1000");
-        assert_eq!(percent(99.98765, 2), "99.99");
-    }
 }

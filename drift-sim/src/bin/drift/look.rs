@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use drift_sim::plot::terminal::Signs;
 use drift_sim::report::command_line;
+use drift_sim::terminal::Terminal;
 use drift_sim::{Result, look, output};
 
 use crate::recording_arguments::RecordingArguments;
@@ -29,6 +29,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let seen = arguments.reading.look(&arguments.recording)?;
     let typed = command_line(std::env::args_os());
     let typed = typed.split_once("look ").map_or("", |(_, typed)| typed);
-    output::write_text(Path::new("-"), &look::screen(&seen, typed, Signs::of_locale()))?;
+    output::write_text(Path::new("-"), &look::screen(&seen, typed, &Terminal::here()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -9,8 +9,8 @@ use drift_core::Config;
 use drift_sim::baseline_file::{BaselineFile, PointColumns};
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, page, screen, watch};
 use drift_sim::output::Outputs as Files;
-use drift_sim::plot::terminal::Signs;
 use drift_sim::recording::RecordingStream;
+use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output, report};
 
 use crate::progress::Progress;
@@ -97,7 +97,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     files.commit()?;
     if !to_standard {
-        let text = screen(&summary, baseline.promise.as_ref()) + &chart.rows(&summary, Signs::of_locale());
+        let here = Terminal::here();
+        let text = screen(&summary, baseline.promise.as_ref(), &here) + &chart.rows(&summary, &here);
         output::write_text(Path::new("-"), &text)?;
     }
     let failed = arguments.fail_on.is_some_and(|level| summary.reaches(level.into()));

@@ -3,13 +3,15 @@
 use drift_sim::controller::Controller;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, prove};
-use drift_sim::physics::shown;
-use drift_sim::plot::terminal::{COLUMNS, Signs, mean, range, rms, row, stretches};
+use drift_sim::plot::terminal::{mean, range, rms, row, stretches};
+use drift_sim::sentences::{plain, with_unit};
 use drift_sim::simulate::Trace;
+use drift_sim::terminal::Terminal;
 
 /// The rows, with their numbers; nothing where the loops can't be simulated. Where the control law is not known, y
 /// takes the place of u.
-pub fn rows(found: &Diagnosis, signals: &Signals, signs: Signs) -> String {
+pub fn rows(found: &Diagnosis, signals: &Signals, terminal: &Terminal) -> String {
+    let columns = terminal.chart_columns();
     let known_law = found.improved.controller != Controller::Recorded;
     let units = found.improved.unit_names();
     let (name, unit, measured) =
@@ -23,19 +25,19 @@ pub fn rows(found: &Diagnosis, signals: &Signals, signs: Signs) -> String {
         return String::new();
     };
 
-    let mean_u = stretches(measured, COLUMNS, mean);
+    let mean_u = stretches(measured, columns, mean);
     let (low, high) = range(&mean_u);
-    let mut text = line(&format!("{name} measured"), &row(&mean_u, (low, high), signs));
-    text += &format!("  {} .. {}\n", shown(low, ""), shown(high, &unit));
-    let rows = [("off, refitted", before), ("off, improved", after)].map(|(what, off)| {
+    let mut text = line(&format!("{name} measured"), &row(&mean_u, (low, high), terminal.signs));
+    text += &format!("  {} to {}\n", plain(low, 3), with_unit(plain(high, 3), &unit));
+    let rows = [("off, without", before), ("off, with it", after)].map(|(what, off)| {
         let known: Vec<f64> = off.iter().copied().filter(|x| x.is_finite()).collect();
-        (format!("{name} {what}"), stretches(&off, COLUMNS, rms), rms(&known))
+        (format!("{name} {what}"), stretches(&off, columns, rms), rms(&known))
     });
     // Both on one scale: the second row is low where the physics has explained it.
     let most = rows.iter().flat_map(|(_, off, _)| off).copied().fold(0.0, f64::max);
     for (name, off, all) in &rows {
-        text += &line(name, &row(off, (0.0, most), signs));
-        text += &format!("  rms {}\n", shown(*all, &unit));
+        text += &line(name, &row(off, (0.0, most), terminal.signs));
+        text += &format!("  {} rms\n", with_unit(plain(*all, 2), &unit));
     }
     text
 }

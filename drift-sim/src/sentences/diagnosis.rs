@@ -1,0 +1,381 @@
+//! What a diagnosis says.
+
+use super::quantity::{fit, measured, percent, plain, rate, rounded, value, with_unit};
+use super::{Answer, Clock, KeyNumber, Status};
+use crate::diagnose::{Diagnosis, Fits, Named, Rejected, Verdict};
+use crate::physics::{Place, UnitNames};
+use crate::plant::Plant;
+
+/// Rivals that a sentence names.
+const NAMED: usize = 3;
+
+/// The answer; `start_s` is the time of the sample that onsets count from.
+pub fn diagnosis(found: &Diagnosis, clock: &Clock, start_s: f64) -> Answer {
+    let telling = Telling { found, clock, start_s, units: found.nominal.unit_names() };
+    let (status, sentence, also) = telling.words();
+    Answer { status: Some(status), sentence, also, numbers: telling.numbers(status) }
+}
+
+/// A term in a sentence, its numbers with the digits that their intervals carry. Of friction by direction the plant's own is part:
+/// what a person would measure.
+pub fn says(named: &Named, found: &Diagnosis) -> String {
+    let units = found.nominal.unit_names();
+    let widths = |i: usize| named.half_widths.get(i).copied().unwrap_or(f64::NAN);
+    let number = |i: usize| named.term.parameters.get(i).copied().unwrap_or(f64::NAN);
+    let slow = |i: usize, unit: &str| {
+        let (factor, unit) = rate(number(i), unit);
+        with_unit(value(number(i).abs() * factor, widths(i) * factor), &unit)
+    };
+    match named.term.kind.name {
+        "directional_friction" => by_direction(named, found, &units),
+        "sensor_drift" => {
+            let way = if number(0) < 0.0 { "downwards" } else { "upwards" };
+            format!("The sensor drifts {way} by {}.", slow(0, &units.unit("{y}/s")))
+        }
+        "load_ramp" => {
+            let way = if number(0) < 0.0 { "shrinks" } else { "grows" };
+            format!("A load {way} by {}.", slow(0, &units.unit("{drive}/s")))
+        }
+        "load_step" if number(0) < 0.0 => {
+            let size = with_unit(value(-number(0), widths(0)), &units.drive);
+            format!("A load of {size} adds to the drive; the model has none.")
+        }
+        "load_step" => {
+            let size = with_unit(value(number(0), widths(0)), &units.drive);
+            format!("A load of {size} takes from the drive; the model has none.")
+        }
+        "sensor_bias" if number(0) < 0.0 => {
+            format!("The sensor reads {} too little.", with_unit(value(-number(0), widths(0)), &units.y))
+        }
+        _ => {
+            let numbers: Vec<f64> =
+                (0..named.term.parameters.len()).map(|i| rounded(number(i), widths(i))).collect();
+            typographic((named.term.kind.says)(&numbers, &units))
+        }
+    }
+}
+
+/// Units and powers of ten that a kind's own sentence has as a file writes them.
+fn typographic(text: String) -> String {
+    let word = |word: &str| -> String {
+        let bare = word.trim_end_matches(['.', ',', ';']);
+        let tail = word.get(bare.len()..).unwrap_or_default();
+        match bare.parse::<f64>() {
+            Ok(number) if bare.contains('e') => plain(number, 4) + tail,
+            _ => super::simple_unit(bare) + tail,
+        }
+    };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// Viscous friction forward and back as it is in all, and dry friction where there is any.
+fn by_direction(named: &Named, found: &Diagnosis, units: &UnitNames) -> String {
+    let own = |plant: &Plant| if let Plant::Servo(servo) = plant { servo.viscous } else { f64::NAN };
+    let of = |i: usize| {
+        let number = named.term.parameters.get(i).copied().unwrap_or(f64::NAN);
+        (number, named.half_widths.get(i).copied().unwrap_or(f64::NAN))
+    };
+    let rule = units.unit("{drive}/{speed}");
+    let (improved, nominal) = (own(&found.improved.plant), own(&found.nominal.plant));
+    let total = |i: usize| value(improved + of(i).0, of(i).1);
+    let mut text = format!(
+        "Viscous friction differs by direction: {} forward, {} back; the model has {}.",
+        with_unit(total(2), &rule),
+        total(3),
+        plain(nominal, 3)
+    );
+    let dry = [0, 1].map(of);
+    if dry.iter().any(|(number, width)| number.abs() > if width.is_finite() { *width } else { 0.0 }) {
+        let [forward, back] = dry.map(|(number, width)| value(number, width));
+        text +=
+            &format!(" Dry friction beside it: {} forward, {back} back.", with_unit(forward, &units.drive));
+    }
+    text
+}
+
+/// Whether every number of a term may be as if the term were not there, by its 95 % interval.
+pub fn may_be_nothing(named: &Named) -> bool {
+    let numbers = named.term.kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
+    let mut known = numbers.filter(|(_, width)| width.is_finite() && **width > 0.0).peekable();
+    known.peek().is_some()
+        && known.all(|((parameter, number), width)| (number - parameter.neutral).abs() <= *width)
+}
+
+/// A parameter of a term: `20.8 ± 0.4 N`; a slow rate is one an hour or a day.
+pub fn parameter(number: f64, half_width: f64, unit: &str) -> String {
+    let (factor, unit) = rate(number, unit);
+    measured(number * factor, half_width * factor, &unit)
+}
+
+struct Telling<'a> {
+    found: &'a Diagnosis,
+    clock: &'a Clock,
+    start_s: f64,
+    units: UnitNames,
+}
+
+impl Telling<'_> {
+    fn words(&self) -> (Status, String, String) {
+        let found = self.found;
+        match found.verdict {
+            Verdict::NoMismatch | Verdict::Parameters if found.far_off => (
+                Status::CantTell,
+                "This recording can't tell: the plant that could be identified from it does not follow y where it has not seen it.".into(),
+                "A recording with changes of the set-point, or a loop file that states the plant, would tell more.".into(),
+            ),
+            Verdict::Undecided => (
+                Status::CantTell,
+                "This recording can't tell: too little moves in it, or too much is unknown.".into(),
+                "Nothing is proved and nothing is excluded. Changes of the set-point would tell more.".into(),
+            ),
+            Verdict::NoMismatch => (
+                Status::Healthy,
+                "Nothing is missing: the model explains this recording.".into(),
+                self.would_have_shown(),
+            ),
+            Verdict::Parameters => (Status::CauseFound, self.other_numbers(), self.gain()),
+            Verdict::Located => {
+                let place = found.place.map_or("loop", Place::name);
+                (
+                    Status::Suspect,
+                    format!("Something is missing at the {place}, and this recording can't tell what."),
+                    self.candidates(),
+                )
+            }
+            Verdict::MissingPhysics => {
+                let mut told: Vec<&Named> = found.physics.iter().filter(|n| !may_be_nothing(n)).collect();
+                if told.is_empty() {
+                    told.extend(found.physics.first());
+                }
+                let mut sentences = told.iter().map(|named| self.term(named));
+                let first = sentences.next().unwrap_or_default();
+                let mut also: Vec<String> = sentences.collect();
+                if let Some(first) = told.first().filter(|named| !named.tied.is_empty()) {
+                    also.push(format!("It can't be told from {} here.", listed(&first.tied)));
+                }
+                if found.far_off {
+                    also.push("More is missing: the loop stays far from what was measured.".into());
+                }
+                (Status::CauseFound, first, also.join(" "))
+            }
+        }
+    }
+
+    /// A term in a sentence, with when it began.
+    fn term(&self, named: &Named) -> String {
+        let says = says(named, self.found);
+        let spans = &named.term.spans;
+        let when = if named.term.onset_s > 0.0 {
+            format!(" since {}.", self.clock.says(self.start_s + named.term.onset_s))
+        } else if let (1, Some((from, to))) = (spans.len(), spans.first()) {
+            format!(", {}.", self.clock.span(self.start_s + from, self.start_s + to))
+        } else if !spans.is_empty() {
+            format!(", {} times.", spans.len())
+        } else {
+            return says;
+        };
+        // The moment belongs to the first clause: "; the model has none" follows it.
+        match says.split_once("; ") {
+            Some((clause, rest)) => format!("{clause}{}; {rest}", when.trim_end_matches('.')),
+            None => says.trim_end_matches('.').trim_end_matches(" at times").to_owned() + &when,
+        }
+    }
+
+    fn other_numbers(&self) -> String {
+        let mut moved: Vec<_> = self
+            .found
+            .parameters
+            .iter()
+            .filter(|p| (p.value - p.nominal).abs() > p.half_width)
+            .map(|p| (libm::fabs(p.value / p.nominal - 1.0), p))
+            .collect();
+        moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let told: Vec<String> = moved
+            .iter()
+            .take(2)
+            .map(|(_, p)| {
+                let name = p.name.rsplit('.').next().unwrap_or(&p.name).replace('_', " ");
+                format!("{name} is {}, not {}", value(p.value, p.half_width), plain(p.nominal, 4))
+            })
+            .collect();
+        match told.is_empty() {
+            true => "The model is right, its numbers are not: refitted, it explains the recording.".into(),
+            false => format!("The model is right, its numbers are not: its {}.", told.join(", its ")),
+        }
+    }
+
+    /// What the fit of u gains, where that is more than nothing.
+    fn gain(&self) -> String {
+        let (on, fits) = self.fits();
+        let (a, b) = (if self.refits() { fits.nominal } else { fits.before }, fits.after);
+        let of = |fit: crate::diagnose::prove::FitPct| fit.u_pct.unwrap_or(fit.y_pct);
+        let (Some(a), Some(b)) = (a.map(of), b.map(of)) else { return String::new() };
+        let name = if self.known_law() { "u" } else { "y" };
+        match fit(a) == fit(b) {
+            true => String::new(),
+            false => format!("The simulated {name} fits {on} to {} % instead of {} %.", fit(b), fit(a)),
+        }
+    }
+
+    fn refits(&self) -> bool {
+        self.found.verdict == Verdict::Parameters
+    }
+
+    fn known_law(&self) -> bool {
+        let fits = self.fits().1;
+        fits.after.or(fits.nominal).is_some_and(|fit| fit.u_pct.is_some())
+    }
+
+    /// On what the loop was proved, and how well it fits there.
+    fn fits(&self) -> (&'static str, Fits) {
+        match self.found.holdout.after.or(self.found.holdout.nominal) {
+            Some(_) => ("unseen data", self.found.holdout),
+            None => ("the recording", self.found.train),
+        }
+    }
+
+    fn candidates(&self) -> String {
+        let names: Vec<&str> = self.found.candidates.iter().map(|(kind, _)| *kind).collect();
+        match names.as_slice() {
+            [] => String::new(),
+            names => format!("What is left: {}.", listed(names)),
+        }
+    }
+
+    /// The smallest effects that this recording would have shown.
+    fn would_have_shown(&self) -> String {
+        let sizes: Vec<String> =
+            self.smallest().into_iter().map(|(kind, size)| format!("{kind} of {size}")).collect();
+        match sizes.is_empty() {
+            true => String::new(),
+            false => format!("It would have shown {}.", joined(&sizes)),
+        }
+    }
+
+    /// Of the kinds that are easiest to imagine, what would have shown.
+    fn smallest(&self) -> Vec<(&'static str, String)> {
+        const IMAGINED: [(&str, &str); 4] = [
+            ("coulomb_friction", "dry friction"),
+            ("gain_loss", "a loss of gain"),
+            ("load_step", "a load"),
+            ("sensor_bias", "a bias of the sensor"),
+        ];
+        let of = |(kind, words): (&str, &'static str)| {
+            let rejected: &Rejected = self.found.rejected.iter().find(|r| r.kind == kind)?;
+            let term = rejected.smallest.as_ref()?;
+            let (number, parameter) = (term.parameters.first()?, term.kind.parameters.first()?);
+            let size = match kind {
+                "gain_loss" => percent(100.0 * number.abs()),
+                _ => with_unit(plain(number.abs(), 2), &self.units.unit(parameter.unit)),
+            };
+            Some((words, size))
+        };
+        IMAGINED.into_iter().filter_map(of).take(2).collect()
+    }
+
+    fn numbers(&self, status: Status) -> Vec<KeyNumber> {
+        let mut numbers = Vec::new();
+        numbers.extend(self.fit_number());
+        numbers.extend(match status {
+            Status::CauseFound => self.size_number(),
+            _ => None,
+        });
+        numbers.push(self.rivals_number(status));
+        if numbers.len() < 3 {
+            numbers.extend(self.smallest().into_iter().next().filter(|_| status == Status::Healthy).map(
+                |(kind, size)| KeyNumber::new(size, format!("the smallest that would have shown as {kind}")),
+            ));
+        }
+        numbers
+    }
+
+    fn fit_number(&self) -> Option<KeyNumber> {
+        let (on, fits) = self.fits();
+        let of = |fit: crate::diagnose::prove::FitPct| fit.u_pct.unwrap_or(fit.y_pct);
+        let before = if self.refits() { fits.nominal } else { fits.before.or(fits.nominal) };
+        let (before, after) = (before.map(of), fits.after.map(of));
+        let name = if self.known_law() { "u" } else { "y" };
+        let noise = self
+            .found
+            .noise_floor
+            .map(of)
+            .map_or(String::new(), |floor| format!("; noise alone leaves {}", fit(floor)));
+        let label = format!("fit of {name} on {on}{noise}");
+        Some(match (before, after) {
+            (Some(a), Some(b)) if fit(a) != fit(b) => {
+                KeyNumber::new(format!("{} \u{2192} {} %", fit(a), fit(b)), label)
+            }
+            (_, Some(b)) => KeyNumber::new(format!("{} %", fit(b)), label),
+            (Some(a), None) => KeyNumber::new(format!("{} %", fit(a)), label),
+            (None, None) => return None,
+        })
+    }
+
+    /// The first named number, or the first of the plant's that moved.
+    fn size_number(&self) -> Option<KeyNumber> {
+        if let Some(named) = self.found.physics.iter().find(|named| !may_be_nothing(named)) {
+            let (about, number) = (named.term.kind.parameters.first()?, named.term.parameters.first()?);
+            let width = named.half_widths.first().copied().unwrap_or(f64::NAN);
+            let name = about.name.trim_end_matches("_per_s").replace('_', " ");
+            let kind = named.term.kind.name.replace('_', " ");
+            let interval = if width.is_finite() { ", 95 % interval" } else { "" };
+            return Some(KeyNumber::new(
+                parameter(*number, width, &self.units.unit(about.unit)),
+                if name == "level" {
+                    format!("{kind}{interval}")
+                } else {
+                    format!("{kind}: {name}{interval}")
+                },
+            ));
+        }
+        let moved = self.found.parameters.iter().filter(|p| (p.value - p.nominal).abs() > p.half_width);
+        let p = moved.max_by(|a, b| {
+            let far = |p: &crate::diagnose::Refitted| libm::fabs(p.value / p.nominal - 1.0);
+            far(a).total_cmp(&far(b))
+        })?;
+        let name = p.name.rsplit('.').next().unwrap_or(&p.name).replace('_', " ");
+        Some(KeyNumber::new(
+            measured(p.value, p.half_width, ""),
+            format!("{name}, 95 % interval; the file says {}", plain(p.nominal, 4)),
+        ))
+    }
+
+    fn rivals_number(&self, status: Status) -> KeyNumber {
+        let found = self.found;
+        let tried = found.rejected.len() + found.physics.len() + found.candidates.len();
+        match status {
+            Status::CauseFound if !found.physics.is_empty() => {
+                let tied: Vec<&str> = found.physics.first().map_or(Vec::new(), |n| n.tied.clone());
+                if tied.is_empty() {
+                    KeyNumber::new("none", format!("other causes that fit as well, of {tried} tried"))
+                } else {
+                    KeyNumber::new(
+                        tied.len().to_string(),
+                        format!("other causes that fit as well: {}", listed(&tied)),
+                    )
+                }
+            }
+            Status::Suspect if !found.candidates.is_empty() => {
+                KeyNumber::new(found.candidates.len().to_string(), format!("causes left, of {tried} tried"))
+            }
+            _ => KeyNumber::new(format!("0 of {tried}"), "causes tried that explain more"),
+        }
+    }
+}
+
+/// Names of kinds in words.
+fn listed(kinds: &[&str]) -> String {
+    let shown: Vec<String> = kinds.iter().take(NAMED).map(|kind| kind.replace('_', " ")).collect();
+    match kinds.len().saturating_sub(NAMED) {
+        0 => joined(&shown),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
+fn joined(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} or {last}", most.join(", ")),
+    }
+}

@@ -1,0 +1,21 @@
+//! What results say to people. Page, terminal and JSON take their sentences and numbers from here, so that one result says
+//! the same everywhere.
+//!
+//! [`Answer`] is what the first screen shows: a status, a sentence, three numbers. [`Clock`] tells times as the recording
+//! does. `quantity` rounds numbers to what their interval carries.
+
+mod answer;
+mod calibration;
+mod clock;
+mod diagnosis;
+mod monitoring;
+mod quantity;
+
+pub use answer::{Answer, KeyNumber, Status};
+pub use calibration::{asks_for_action, calibration};
+pub use clock::Clock;
+pub use diagnosis::{diagnosis, may_be_nothing, parameter, says};
+pub use monitoring::{monitoring, pinned, side_name};
+pub use quantity::{
+    ends, fit, line, measured, percent, plain, rate, rounded, sigmas, simple_unit, value, with_unit,
+};

@@ -1,0 +1,356 @@
+//! Reads what results say to people, on page and terminal and in JSON, over every kind of physics with numbers of any size and
+//! intervals of any width, and over runs of the monitor: no sentence may say what its numbers don't carry.
+#![allow(clippy::unwrap_used)]
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use drift_core::{Baseline, Channel, ChannelKind, Config, Cusum, Detectors, Index, Shewhart};
+use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::prove::FitPct;
+use drift_sim::diagnose::signals::Signals;
+use drift_sim::diagnose::{Diagnosis, Fits, Named, Refitted, Verdict, diagnose, page, report};
+use drift_sim::monitor::{Chart, Outputs, Summary, screen, watch};
+use drift_sim::physics::{KINDS, Term};
+use drift_sim::recording::{ColumnMap, ReadOptions, RecordingStream};
+use drift_sim::reference::Reference;
+use drift_sim::report::{Block, Page};
+use drift_sim::sentences::{Clock, diagnosis, monitoring};
+use drift_sim::simulate::{Start, simulate};
+use drift_sim::terminal::Terminal;
+
+const OVEN: &str = include_str!("../../examples/loops/oven.toml");
+const SERVO: &str = include_str!("../../examples/loops/servo.toml");
+
+/// Why a text must not be shown; `None` where nothing is wrong with it.
+fn fault(text: &str) -> Option<String> {
+    let text = text.replace('\u{a0}', "");
+    let words: Vec<&str> = text.split([' ', '(', ')', ',', ';', ':']).filter(|w| !w.is_empty()).collect();
+    let number = |word: &str| word.trim_end_matches(['.', '%']).replace('\u{2212}', "-").parse::<f64>().ok();
+    for word in &words {
+        let bare = word.trim_end_matches(['.', '%']);
+        if bare.parse::<f64>().is_ok() && bare.contains('e') {
+            return Some(format!("an exponent: {word}"));
+        }
+        if ["NaN", "inf", "-inf", "-0"].contains(&bare) {
+            return Some(format!("no number: {word}"));
+        }
+        let digits = bare.trim_start_matches(['-', '0', '.']).chars().filter(char::is_ascii_digit).count();
+        if bare.contains('.') && number(word).is_some() && digits > 7 {
+            return Some(format!("{digits} digits: {word}"));
+        }
+    }
+    for pair in words.windows(2) {
+        if let [a, b] = pair
+            && *a == "+"
+            && number(b).is_some_and(|b| b < 0.0)
+        {
+            return Some(format!("plus a negative number: {a} {b}"));
+        }
+        if let [a, "sigma"] = pair
+            && number(a).is_some_and(|a| a.abs() > 100.0)
+        {
+            return Some(format!("far outside, with digits: {a} sigma"));
+        }
+    }
+    for four in words.windows(4) {
+        if let [a, "%", "to", b] = four
+            && number(a).is_some()
+            && number(a) == number(b)
+        {
+            return Some(format!("from a number to the same: {a} % to {b} %"));
+        }
+    }
+    for triple in words.windows(3) {
+        match triple {
+            [a, "to" | "\u{2192}", b] if number(a).is_some() && number(a) == number(b) => {
+                return Some(format!("from a number to the same: {a} to {b}"));
+            }
+            [a, "\u{b1}", b] if decimals(a) > decimals(b) => {
+                return Some(format!("more digits than the interval: {a} \u{b1} {b}"));
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+fn decimals(word: &str) -> usize {
+    word.split_once('.').map_or(0, |(_, decimals)| decimals.chars().take_while(char::is_ascii_digit).count())
+}
+
+/// The checks find what they are there for: what pages have said before.
+#[test]
+fn what_must_not_be_said_is_found() {
+    for bad in [
+        "The physics improves the fit by 0.00 to 0.00 points.",
+        "It differs by 1.308e-11 %.",
+        "It drifts by 5.8e-7 degC/s.",
+        "from 95.6 % to 95.6 %",
+        "2.668 + -3615 x",
+        "effort high 4497.0 sigma",
+        "20.812345 \u{b1} 0.4 N",
+        "it is 0.123456789 V",
+        "a load of -0 N",
+    ] {
+        assert!(fault(bad).is_some(), "{bad}");
+    }
+    for good in [
+        "20.8 \u{b1} 0.4 N",
+        "87\u{a0}480 s (24.3 h)",
+        "89.8 \u{2192} 97.4 %",
+        "5.8\u{d7}10^-7 V",
+        "2 \u{2212} 3615 x",
+    ] {
+        assert_eq!(fault(good), None, "{good}");
+    }
+}
+
+/// All text on a page, block by block.
+fn texts(page: &Page) -> Vec<String> {
+    fn of(blocks: &[Block], out: &mut Vec<String>) {
+        for block in blocks {
+            match block {
+                Block::Text(text) | Block::Note(text) => out.push(text.clone()),
+                Block::List(items) => out.extend(items.iter().cloned()),
+                Block::Table(table) => out.extend(table.rows.iter().flatten().cloned()),
+                Block::Folded { title, blocks } => {
+                    out.push(title.clone());
+                    of(blocks, out);
+                }
+                Block::Chart(chart) => out.push(chart.caption.clone()),
+                Block::Picture { caption, .. } => out.push(caption.clone()),
+            }
+        }
+    }
+    let mut out: Vec<String> = page.answer.texts().map(str::to_owned).collect();
+    out.push(page.about.clone());
+    out.extend(page.proof.iter().flat_map(|proof| [proof.title.clone(), proof.caption.clone()]));
+    page.sections.iter().for_each(|section| of(&section.blocks, &mut out));
+    out
+}
+
+fn check(name: &str, texts: impl IntoIterator<Item = String>) {
+    for text in texts {
+        if let Some(fault) = fault(&text) {
+            panic!("{name}: {fault}, in: {text}");
+        }
+    }
+}
+
+/// A loop, a healthy run of it and its diagnosis, to which physics is added.
+struct Found {
+    signals: Signals,
+    diagnosis: Diagnosis,
+}
+
+fn healthy(text: &str, sample_time_s: f64, reference: &Reference, start: &Start) -> Found {
+    let (text, _) = text.split_once("[[physics]]").unwrap_or((text, ""));
+    let model = Loop::parse(text, "loop.toml").unwrap();
+    let r = reference.clone().take_samples(900);
+    let trace = simulate(&model, &r, &[], 1, Some(start)).unwrap();
+    let signals = Signals {
+        sample_time_s,
+        start_s: 3600.0,
+        origin_s: 0.0,
+        r,
+        y: trace.y,
+        u: trace.u,
+        inputs: Vec::new(),
+    };
+    let diagnosis = diagnose(&signals, None, &model).unwrap();
+    Found { signals, diagnosis }
+}
+
+fn founds() -> &'static [Found; 2] {
+    static FOUND: OnceLock<[Found; 2]> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let oven = Reference::random(60.0, 3.0, 100, 1);
+        let servo = Reference::random(0.0, 0.2, 300, 1);
+        [
+            healthy(OVEN, 5.0, &oven, &Start::held(60.0, 48.75)),
+            healthy(SERVO, 0.001, &servo, &Start::held(0.0, 0.0)),
+        ]
+    })
+}
+
+/// One result with one term, its numbers and intervals about so large.
+fn with_term(found: &Found, kind: &str, size: f64, part: f64, onset_s: f64) -> Option<Diagnosis> {
+    let kind = KINDS.iter().find(|k| k.name == kind)?;
+    if !(kind.applies)(&found.diagnosis.nominal.plant) {
+        return None;
+    }
+    let parameters: Vec<f64> = (0..kind.parameters.len()).map(|i| size * (1.234_567_89 + i as f64)).collect();
+    let term = Term { kind, parameters, onset_s, spans: Vec::new() };
+    term.check().ok()?;
+    let half_widths = term.parameters.iter().map(|p| part * p.abs()).collect();
+    let named = Named {
+        term,
+        first: None,
+        half_widths,
+        tied: kind.ties.to_vec(),
+        train_gain: 1.0,
+        holdout_errors: 12.345_678,
+    };
+    let fit = |y_pct: f64, u_pct: f64| Some(FitPct { y_pct, u_pct: Some(u_pct) });
+    let fits =
+        Fits { nominal: fit(99.1, 60.0), before: fit(99.123_456, 95.612_345), after: fit(99.2, 95.62) };
+    Some(Diagnosis {
+        verdict: Verdict::MissingPhysics,
+        place: Some(kind.place),
+        physics: vec![named],
+        train: fits,
+        holdout: fits,
+        improvement: Some([1e-7, 2e-7]),
+        parameters: vec![Refitted {
+            name: "plant.gain".into(),
+            nominal: 0.8,
+            value: 0.8 * (1.0 + 1.3e-13),
+            half_width: 1e-3 * part,
+        }],
+        ..found.diagnosis.clone()
+    })
+}
+
+#[test]
+fn every_kind_says_what_its_interval_carries() {
+    let mut read = 0;
+    for found in founds() {
+        let clock = Clock::new(None, found.signals.duration_s());
+        for kind in KINDS {
+            for size in [1e-9, 5.8e-7, 3.1e-3, 0.37, 20.0, 3.3e3, 4.4e8] {
+                for (part, onset_s) in [(0.02, 0.0), (2.0, 0.0), (f64::INFINITY, 1.5), (1e-9, 0.25)] {
+                    let Some(of) = with_term(found, kind.name, size, part, onset_s) else { continue };
+                    let name = format!("{} {size} {part}", kind.name);
+                    let answer = diagnosis(&of, &clock, 3600.0);
+                    check(&name, answer.texts().map(str::to_owned));
+                    let json = report::json(&of, None, &clock, 3600.0);
+                    let said = json["physics"][0]["says"].as_str().unwrap().to_owned();
+                    check(&name, [said.clone()]);
+                    // One result says the same on the page and in the document.
+                    if onset_s == 0.0 {
+                        assert!(
+                            answer.sentence.contains(said.split(';').next().unwrap().trim_end_matches('.')),
+                            "{said}"
+                        );
+                    } else {
+                        assert!(answer.sentence.contains(" since 360"), "{answer:?}");
+                    }
+                    let text = Terminal::plain().answer(&answer);
+                    assert!(text.is_ascii() && text.lines().all(|line| line.len() <= 80), "{text}");
+                    read += 1;
+                }
+            }
+        }
+    }
+    println!("{read} results read");
+    assert!(read > 500, "{read}");
+}
+
+#[test]
+fn pages_of_a_diagnosis_say_nothing_that_is_nothing() {
+    for (found, kind, size) in
+        [(0, "gain_loss", 0.1), (0, "sensor_drift", 5.8e-7), (1, "coulomb_friction", 0.37)]
+    {
+        let found = &founds()[found];
+        for part in [0.02, 2.0] {
+            let of = with_term(found, kind, size, part, 0.0).unwrap();
+            let case = page::Case {
+                train: &found.signals,
+                holdout: None,
+                recording: Path::new("run.csv"),
+                loop_file: Path::new("loop.toml"),
+                holdout_file: None,
+                columns: &ColumnMap::default(),
+                clock: Clock::new(None, found.signals.duration_s()),
+                holdout_clock: Clock::default(),
+            };
+            check(kind, texts(&page::page(&of, &case, String::new())));
+        }
+    }
+}
+
+/// Friction by direction, as on a real drive: the plant's own viscous friction counts, and dry friction of nothing is left out.
+#[test]
+fn friction_by_direction_is_told_in_numbers_of_the_plant() {
+    let found = &founds()[1];
+    let mut of = with_term(found, "directional_friction", 1.0, 0.1, 0.0).unwrap();
+    let drift_sim::plant::Plant::Servo(servo) = &mut of.improved.plant else { panic!() };
+    servo.viscous = 203.5;
+    of.nominal.plant = of.improved.plant.clone();
+    of.physics[0].term.parameters = vec![0.0, 0.0, -37.24, 37.27];
+    of.physics[0].half_widths = vec![0.3, 0.3, 10.0, 10.0];
+    let says = drift_sim::sentences::says(&of.physics[0], &of);
+    assert!(says.starts_with("Viscous friction differs by direction: 166 "), "{says}");
+    assert!(
+        says.contains(" forward, 241 back; the model has 204.") && !says.contains("ry friction"),
+        "{says}"
+    );
+}
+
+/// What may be nothing by its interval is not said beside what isn't.
+#[test]
+fn what_may_be_nothing_is_left_out() {
+    let found = &founds()[1];
+    let mut of = with_term(found, "coulomb_friction", 0.37, 0.02, 0.0).unwrap();
+    of.physics.extend(with_term(found, "load_step", -0.2, 2.0, 0.0).unwrap().physics);
+    let answer = diagnosis(&of, &Clock::default(), 0.0);
+    assert!(answer.sentence.starts_with("Dry friction of 0.457"), "{answer:?}");
+    assert!(!answer.also.contains("load of"), "{answer:?}");
+}
+
+/// An effort channel and a CUSUM over a loop with u = 0.2 y, its scatter 0.01, with `shift` from 200 s on.
+fn monitored(shift: f64, dates: bool) -> (Summary, Chart) {
+    let detectors = Detectors {
+        cusum: Some(Cusum::new(0.5, 5.0)),
+        shewhart: Some(Shewhart::symmetric(4.0)),
+        ..Detectors::NONE
+    };
+    let none =
+        Channel::new(ChannelKind::EnergyError(Index::Iae), Baseline::known(0.0, 0.0, 0.0), Detectors::NONE);
+    let effort = Channel::new(ChannelKind::Effort, Baseline::known(0.0, 0.2, 0.01), detectors);
+    let config: Config<f32, 3> = Config::new(0.1, 10, 5, [none, effort, none]);
+    let mut csv = String::from(if dates { "Date,r,y,u\n" } else { "t,r,y,u\n" });
+    for i in 0..5000 {
+        let t = f64::from(i) * 0.1;
+        let wave = 0.01 * libm::sin(7.0 * f64::from(i / 50));
+        let u = 2.0 + wave + if t >= 200.0 { shift } else { 0.0 };
+        let stamp = if dates {
+            let (second, tenth) = (i / 10, i % 10);
+            format!("2024-05-01 12:{:02}:{:02}.{tenth}", second / 60, second % 60)
+        } else {
+            format!("{t:.1}")
+        };
+        csv += &format!("{stamp},10,10,{u}\n");
+    }
+    let mut stream =
+        RecordingStream::from_reader("run.csv", Cursor::new(csv), &ReadOptions::default()).unwrap();
+    let mut chart = Chart::new(&config);
+    let outputs = Outputs { chart: Some(&mut chart), ..Outputs::default() };
+    (watch(&mut stream, &config, outputs).unwrap(), chart)
+}
+
+#[test]
+fn runs_of_the_monitor_say_times_and_sizes_that_a_person_reads() {
+    for shift in [0.0, 1e-6, 0.02, -0.05, 3.0, 45.0] {
+        let (summary, chart) = monitored(shift, false);
+        let answer = monitoring(&summary, &summary.clock());
+        check("monitor", answer.texts().map(str::to_owned));
+        let text = screen(&summary, None, &Terminal::plain()) + &chart.rows(&summary, &Terminal::plain());
+        check("screen", [text.clone()]);
+        assert!(text.lines().all(|line| line.len() <= 80), "{text}");
+    }
+}
+
+/// A recording with dates is told in dates, wherever a time stands.
+#[test]
+fn dates_of_the_recording_are_dates_in_every_sentence() {
+    let (summary, _) = monitored(0.2, true);
+    let answer = monitoring(&summary, &summary.clock());
+    let (minutes, seconds) = (summary.events[0].from_s() as i64 / 60, summary.events[0].from_s() as i64 % 60);
+    let date = format!("2024-05-01 12:{minutes:02}:{seconds:02}");
+    assert_eq!(answer.sentence, format!("It takes more effort to hold y than it did, since about {date}."));
+    let text = screen(&summary, None, &Terminal::plain());
+    assert!(!text.contains("since 200"), "{text}");
+}

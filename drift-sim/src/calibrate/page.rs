@@ -268,10 +268,6 @@ fn between([low, high]: [f64; 2]) -> String {
     ends(low, high)
 }
 
-fn limits(low: f32, high: f32) -> String {
-    format!("{} to {}", plain(low.into(), 3), plain(high.into(), 3))
-}
-
 fn file_name(path: &str) -> &str {
     std::path::Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
 }

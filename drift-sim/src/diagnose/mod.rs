@@ -241,7 +241,8 @@ fn diagnose_with(
 ) -> Result<Diagnosis> {
     let found = likelihood_search::diagnose(recording, holdout, nominal, healthy, &Options::default());
     let Some(found) = found else { return by_prediction_error() };
-    if nominal.plant != Plant::Identify {
+    // Under an unknown law no loop is closed, and there is nothing to compare.
+    if nominal.plant != Plant::Identify || nominal.controller == Controller::Recorded {
         return Ok(found);
     }
     match by_prediction_error() {

@@ -90,12 +90,6 @@ impl Fit {
             .for_each(|free| free.step *= CLOSER);
     }
 
-    /// Half the objective's curvature (by Gauss and Newton) and slope along the moving numbers.
-    pub fn normal(&self, data: &Data, moving: &[usize]) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let tangent = Tangent::new(moving.to_vec(), self.columns(data, moving)?);
-        Some((tangent.curvature(self), tangent.slope(self)))
-    }
-
     /// Steps along columns that were taken elsewhere near by: each costs one run, where one of [`Fit::descend`] costs one for each number.
     pub fn slide(&mut self, data: &Data, tangent: &Tangent, steps: usize) {
         let mut cache = Cache::at(&self.hypothesis, &self.point, data);

@@ -41,7 +41,7 @@ pub struct Law {
 impl Law {
     /// Where the first fault is.
     pub fn place(&self) -> Option<Place> {
-        if self.is_another || !self.numbers.is_empty() {
+        if !self.numbers.is_empty() {
             return Some(Place::Controller);
         }
         self.terms.first().map(|term| term.kind.place)

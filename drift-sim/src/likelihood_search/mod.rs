@@ -1,4 +1,4 @@
-//! One model, one likelihood, one decision: the physics that a simulation left out, where the plant is stated.
+//! One model, one likelihood, one decision: the physics that a simulation left out.
 //!
 //! One pipeline, in [`diagnose`]: the recordings are cut into what a fit may see and what proves; the **law** is judged by its own error in
 //! u (`law`); the plant's numbers and the noise, a slow random load among it, are fitted (`plants`, `nominal`); every kind of physics is fitted
@@ -44,8 +44,8 @@ use plants::Identified;
 use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
 
-/// Diagnoses a recording against a loop whose plant is stated; `None` where this can't judge: the loop can't be simulated beside the
-/// recording, its law is another one, or what is left is no noise of the kind that is reckoned with.
+/// Diagnoses a recording against a loop; `None` where this can't judge: the loop can't be simulated beside the recording, its law is another
+/// one, what is left is no noise of the kind that is reckoned with, or what was found does not simulate what it has not seen.
 pub fn diagnose(
     recording: &Signals,
     holdout: Option<&Signals>,
@@ -81,19 +81,13 @@ pub fn diagnose(
 }
 
 /// The plant that is likeliest together with one term beside it, or with none, and that field.
-fn likeliest_with_physics(mut plants: Vec<Identified>, options: &Options) -> Option<(Identified, Field)> {
+fn likeliest_with_physics(plants: Vec<Identified>, options: &Options) -> Option<(Identified, Field)> {
     let least = options.least_gain + options.margin;
-    let sketch = |plant: &Identified| Sketch::of(&plant.nominal, &plant.data, Round::First);
-    let (plant, sketch) = if plants.len() == 1 {
-        let plant = plants.remove(0);
-        let sketch = sketch(&plant)?;
-        (plant, sketch)
-    } else {
-        let all = plants.into_iter().filter_map(|plant| Some((sketch(&plant)?, plant)));
-        let all = all.map(|(sketch, plant)| (sketch.least_objective(least) + plant.cost(), plant, sketch));
-        let (_, plant, sketch) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (plant, sketch)
-    };
+    let sketched = plants.into_iter().filter_map(|plant| {
+        let sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+        Some((sketch.least_objective(least) + plant.cost(), plant, sketch))
+    });
+    let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let field = sketch.finished(&plant.nominal, &plant.data);
     Some((plant, field))
 }
@@ -339,9 +333,7 @@ impl Conclusion<'_> {
     }
 
     fn verdict(&self, physics: &[Named], other_numbers: bool) -> Verdict {
-        if self.law.is_another {
-            Verdict::Located
-        } else if !physics.is_empty() {
+        if !physics.is_empty() {
             Verdict::MissingPhysics
         } else if !self.result.set.is_empty() && self.result.is_proven {
             Verdict::Located

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -88,26 +89,28 @@ pub fn likeliest(
 
 /// The loop with the likeliest plant of each structure, of those that are not far behind.
 fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<Loop> {
+    let data_of = |hypothesis: &Hypothesis| Data::new(hypothesis, of.to_vec(), until.to_vec());
     let fits =
         structures(&measure::scales(model, of)).into_par_iter().enumerate().filter_map(|(i, plant)| {
             let candidate = Loop { plant, ..model.clone() };
             let hypothesis = super::hypothesis(&candidate, of, options);
-            let data = Data::new(&hypothesis, of.to_vec(), until.to_vec());
+            let data = data_of(&hypothesis);
             let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
             let mut fit = Fit::at(&hypothesis, &point, &data)?;
             fit.descend(&data, STEPS, &[]);
-            Some((i % STRUCTURES, fit, data))
+            Some((i % STRUCTURES, fit))
         });
-    let begun: Vec<(usize, Fit, Data)> = fits.collect();
+    let begun: Vec<(usize, Fit)> = fits.collect();
     let objective = |fit: &Fit| fit.objective() + cost(fit);
     // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
     let mut fits: Vec<(usize, Fit)> = (0..STRUCTURES)
         .into_par_iter()
         .filter_map(|structure| {
-            let own = begun.iter().filter(|(of, ..)| *of == structure);
-            let (_, fit, data) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
+            let own = begun.iter().filter(|(of, _)| *of == structure);
+            let (_, fit) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
             let mut fit = fit.clone();
-            fit.descend(data, MORE_STEPS, &[]);
+            let data = data_of(&fit.hypothesis);
+            fit.descend(&data, MORE_STEPS, &[]);
             Some((structure, fit))
         })
         .collect();

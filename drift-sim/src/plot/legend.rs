@@ -38,7 +38,7 @@ fn entries(panel: &Panel, width: f64) -> Vec<Entry<'_>> {
     let (mut x, mut strip) = (title, 0);
     let mut entries: Vec<Entry> = Vec::new();
     for layer in &panel.layers {
-        let name = name(layer);
+        let name = layer.name();
         // A name that several layers share stands once.
         if name.is_empty() || entries.iter().any(|e| e.name == name && look(e.layer) == look(layer)) {
             continue;
@@ -84,18 +84,6 @@ fn sample(canvas: &Canvas, layer: &Layer, x: f64, y: f64) -> Result<()> {
         Layer::Band { .. } => canvas.rectangle((x, y - 5.0), (x + SAMPLE_PX, y + 5.0), colour, 0.3),
         Layer::Span { .. } => canvas.rectangle((x, y - 5.0), (x + SAMPLE_PX, y + 5.0), colour, 0.2),
         Layer::Bars { .. } => canvas.rectangle((x + 4.0, y - 5.0), (x + SAMPLE_PX, y + 5.0), colour, 0.85),
-    }
-}
-
-fn name(layer: &Layer) -> &str {
-    match layer {
-        Layer::Line { name, .. }
-        | Layer::Points { name, .. }
-        | Layer::Band { name, .. }
-        | Layer::Bars { name, .. }
-        | Layer::HorizontalLine { name, .. }
-        | Layer::VerticalLine { name, .. }
-        | Layer::Span { name, .. } => name,
     }
 }
 

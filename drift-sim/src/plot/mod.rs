@@ -178,6 +178,19 @@ pub enum Layer {
 }
 
 impl Layer {
+    /// Its name in the legend.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::Line { name, .. }
+            | Self::Points { name, .. }
+            | Self::Band { name, .. }
+            | Self::Bars { name, .. }
+            | Self::HorizontalLine { name, .. }
+            | Self::VerticalLine { name, .. }
+            | Self::Span { name, .. } => name,
+        }
+    }
+
     /// A solid line.
     pub fn line(name: impl Into<String>, colour: Colour, points: Vec<(f64, f64)>) -> Self {
         Self::Line { points, name: name.into(), colour, dashed: false }

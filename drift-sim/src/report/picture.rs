@@ -71,7 +71,7 @@ pub(super) fn svg(figure: &Figure, size: Size, id: &str, title: &str, descriptio
 pub(super) fn description(figure: &Figure) -> String {
     let of = |panel: &Panel| {
         let mut names: Vec<&str> = Vec::new();
-        for name in panel.layers.iter().map(name).filter(|name| !name.is_empty()) {
+        for name in panel.layers.iter().map(Layer::name).filter(|name| !name.is_empty()) {
             if !names.contains(&name) {
                 names.push(name);
             }
@@ -198,7 +198,7 @@ impl Pen {
             let _ = write!(self.out, "<text class=\"h\" x=\"{}\" y=\"{}\">{head}</text>", px(x), px(y));
         }
         for layer in &panel.layers {
-            let look = (name(layer), colour(layer));
+            let look = (layer.name(), colour(layer));
             if look.0.is_empty() || seen.contains(&look) {
                 continue;
             }
@@ -364,18 +364,6 @@ fn layer_y(layer: &Layer) -> Vec<f64> {
 
 fn is_behind(layer: &Layer) -> bool {
     matches!(layer, Layer::Span { .. } | Layer::Band { .. })
-}
-
-fn name(layer: &Layer) -> &str {
-    match layer {
-        Layer::Line { name, .. }
-        | Layer::Points { name, .. }
-        | Layer::Band { name, .. }
-        | Layer::Bars { name, .. }
-        | Layer::HorizontalLine { name, .. }
-        | Layer::VerticalLine { name, .. }
-        | Layer::Span { name, .. } => name,
-    }
 }
 
 fn colour(layer: &Layer) -> &'static str {

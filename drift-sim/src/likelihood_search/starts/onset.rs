@@ -238,17 +238,8 @@ fn add(sum: &mut [f64], x: &[f64]) {
 
 /// For each sample the sum from there to the end.
 fn from_here(x: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut out: Vec<f64> = x
-        .iter()
-        .rev()
-        .map(|x| {
-            sum += x;
-            sum
-        })
-        .collect();
-    out.reverse();
-    out
+    let backwards: Vec<f64> = x.iter().rev().copied().collect();
+    reversed_sums(&backwards)
 }
 
 /// The running sum, backwards: what is left of it after a sample.

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Point};
+use super::inner_product::dot;
 use super::likelihood::{Cache, Data, Rows, rows};
 
 /// A hypothesis at the best point found.
@@ -309,8 +310,4 @@ impl Tangent {
 /// One over the rows' mean square.
 fn weight(fit: &Fit) -> f64 {
     fit.rows.count as f64 / dot(&fit.rows.z, &fit.rows.z).max(1e-300)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

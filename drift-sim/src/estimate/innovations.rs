@@ -2,7 +2,7 @@
 //! plant, load and sensor noise are corrected at each sample by the [gains](super::gains) of its linear part.
 
 use crate::control_loop::Loop;
-use crate::simulate::{Simulation, Start};
+use crate::simulate::{Observer, Simulation, Start};
 
 use super::gains::Stretch;
 use super::noise::Noise;
@@ -61,53 +61,89 @@ impl Filter<'_> {
         simulation.start(start).ok()?;
         let samples = samples.min(signals.len());
         let ts = signals.sample_time_s;
-        let phi = self.noise.load_phi(ts);
-        let rho = self.noise.sensor_rho;
-        let per_unit = 1.0 / self.unit;
-        let (mut load, mut sensor) = (0.0, 0.0);
-        let mut inputs = vec![0.0; signals.inputs.len()];
-        let mut out = Innovations { scaled: Vec::with_capacity(samples), ..Innovations::default() };
-        let bounds: Vec<usize> = self.gains.iter().map(|stretch| stretch.from).collect();
-        let mut stretch = self.gains.first()?;
-        let mut next = 1;
-        for n in 0..samples {
-            if bounds.get(next).is_some_and(|from| n >= *from) {
-                stretch = self.gains.get(next)?;
-                next += 1;
-            }
-            if !inputs.is_empty() {
-                signals.inputs_at(n, &mut inputs);
-            }
-            let (shown, rate) = simulation.predict(&inputs);
-            let growth = self.noise.growth_at(n as f64 * ts);
-            let expected = shown - self.late_s * rate + growth * sensor;
-            let y = signals.y[n];
-            if y.is_finite() {
-                let e = y - expected;
-                let (gains, (per_deviation, log_variance)) = stretch.at(n);
-                let width = gains.len();
-                simulation.correct_from(self.first_state, &gains[..width - 2], e);
-                load += gains[width - 2] * e;
-                sensor += gains[width - 1] * e;
-                if n >= SETTLING {
-                    out.log_variances += log_variance;
-                    out.count += 1;
-                    out.scaled.push(e * per_unit * per_deviation);
-                } else {
-                    out.scaled.push(0.0);
-                }
-            } else {
-                out.scaled.push(0.0);
-            }
-            if in_detail {
-                out.load.push(self.constant_load + load);
-                out.log_scales.push(if y.is_finite() { stretch.at(n).1.1 } else { 0.0 });
-            }
-            simulation.hold(signals.u[n], &inputs, self.constant_load + load);
-            load *= phi;
-            sensor *= rho;
-        }
+        let mut run = Run {
+            filter: self,
+            signals,
+            phi: self.noise.load_phi(ts),
+            per_unit: 1.0 / self.unit,
+            load: 0.0,
+            sensor: 0.0,
+            inputs: vec![0.0; signals.inputs.len()],
+            stretch: self.gains.first()?,
+            later: self.gains.get(1..)?,
+            in_detail,
+            out: Innovations { scaled: Vec::with_capacity(samples), ..Innovations::default() },
+        };
+        simulation.observe(0..samples, self.first_state, &mut run);
         // A diverging run stays diverged: the last sample tells.
-        out.scaled.last().is_some_and(|e| e.is_finite()).then_some(out)
+        run.out.scaled.last().is_some_and(|e| e.is_finite()).then_some(run.out)
+    }
+}
+
+/// The filter at work on a recording.
+struct Run<'a> {
+    filter: &'a Filter<'a>,
+    signals: &'a Signals,
+    phi: f64,
+    per_unit: f64,
+    load: f64,
+    sensor: f64,
+    inputs: Vec<f64>,
+    stretch: &'a Stretch,
+    later: &'a [Stretch],
+    in_detail: bool,
+    out: Innovations,
+}
+
+impl Observer for Run<'_> {
+    #[inline]
+    fn inputs(&mut self, n: usize) -> &[f64] {
+        if !self.inputs.is_empty() {
+            self.signals.inputs_at(n, &mut self.inputs);
+        }
+        &self.inputs
+    }
+
+    #[inline]
+    fn error(&mut self, n: usize, shown: f64, rate: f64) -> Option<(f64, &[f64])> {
+        if let Some((next, later)) = self.later.split_first()
+            && n >= next.from
+        {
+            (self.stretch, self.later) = (next, later);
+        }
+        let noise = self.filter.noise;
+        let growth = noise.growth_at(n as f64 * self.signals.sample_time_s);
+        let y = self.signals.y[n];
+        let e = y - (shown - self.filter.late_s * rate + growth * self.sensor);
+        let (gains, (per_deviation, log_variance)) = self.stretch.at(n);
+        let is_measured = y.is_finite();
+        if self.in_detail {
+            self.out.log_scales.push(if is_measured { log_variance } else { 0.0 });
+        }
+        if !is_measured {
+            self.out.scaled.push(0.0);
+            return None;
+        }
+        let counts = n >= SETTLING;
+        if counts {
+            self.out.log_variances += log_variance;
+            self.out.count += 1;
+        }
+        self.out.scaled.push(if counts { e * self.per_unit * per_deviation } else { 0.0 });
+        let (states, [of_load, of_sensor]) = gains.split_last_chunk()?;
+        self.load += of_load * e;
+        self.sensor += of_sensor * e;
+        Some((e, states))
+    }
+
+    #[inline]
+    fn held(&mut self, n: usize) -> (f64, f64) {
+        let load = self.filter.constant_load + self.load;
+        if self.in_detail {
+            self.out.load.push(load);
+        }
+        self.load *= self.phi;
+        self.sensor *= self.filter.noise.sensor_rho;
+        (self.signals.u[n], load)
     }
 }

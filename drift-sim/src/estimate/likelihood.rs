@@ -13,6 +13,7 @@ use crate::simulate::Start;
 
 use super::gains::{Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
+use super::inner_product::dot;
 use super::innovations::{Filter, Innovations};
 use super::linear_part::LinearPart;
 use super::noise::Noise;
@@ -169,7 +170,7 @@ pub fn rows(hypothesis: &Hypothesis, point: &Point, data: &Data, cache: &mut Cac
     for run in &runs {
         z.extend(run.scaled.iter().map(|e| e * factor));
     }
-    let squares: f64 = z.iter().map(|z| z * z).sum();
+    let squares = dot(&z, &z);
     let prior: f64 = hypothesis.prior_rows(point).map(|row| row * row).sum();
     let objective = n * libm::log((squares / n).max(EXACT)) + prior;
     let sensor_sd = libm::sqrt(squares / n) / factor * hypothesis.scales.noise;

@@ -5,6 +5,7 @@
 pub mod fit;
 pub mod gains;
 pub mod hypothesis;
+pub mod inner_product;
 pub mod innovations;
 pub use crate::diagnose::controller_replay as law_replay;
 pub mod likelihood;

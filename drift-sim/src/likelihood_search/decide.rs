@@ -2,6 +2,7 @@
 
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Target, is_noise};
+use crate::estimate::inner_product::dot;
 use crate::physics::{Kind, Starts};
 
 use super::options::Options;
@@ -97,11 +98,9 @@ fn cost(fit: &Fit, candidate: usize, samples: f64) -> f64 {
 /// What part of a fit's innovations counts as independent: one where they are white.
 pub fn independent_share(fit: &Fit) -> f64 {
     let z = &fit.rows.z;
-    let squares: f64 = z.iter().map(|z| z * z).sum();
+    let squares = dot(z, z);
     let chance = CHANCE / libm::sqrt(fit.rows.count.max(1) as f64);
-    let correlation = |lag: usize| -> f64 {
-        z.iter().zip(z.get(lag..).unwrap_or(&[])).map(|(a, b)| a * b).sum::<f64>() / squares.max(1e-300)
-    };
+    let correlation = |lag: usize| -> f64 { dot(z, z.get(lag..).unwrap_or(&[])) / squares.max(1e-300) };
     let sum: f64 = (1..=LAGS).map(correlation).filter(|r| r.abs() > chance).map(f64::abs).sum();
     1.0 / (1.0 + 2.0 * sum)
 }

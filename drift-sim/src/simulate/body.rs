@@ -40,6 +40,17 @@ pub(super) struct Sample {
     pub offset: f64,
 }
 
+impl Sample {
+    /// One exact step of a linear plant; gives the drive at its end.
+    #[inline]
+    pub fn exact_step<const N: usize>(&self, plant: &mut Exact<N>, terms: &Terms, sample_time_s: f64) -> f64 {
+        let rest = self.offset - terms.load(self.tick, self.t, sample_time_s);
+        let (older, newer) = (self.gain * self.older + rest, self.gain * self.newer + rest);
+        plant.advance(older, newer);
+        newer
+    }
+}
+
 impl Body {
     /// The plant with these numbers at rest at zero, as it is stepped under these terms.
     pub fn new(model: &Loop, terms: &Terms, numbers: &Numbers, part: f64, substeps: usize) -> Result<Self> {
@@ -152,23 +163,17 @@ impl Body {
         sample_time_s: f64,
         substeps: usize,
     ) -> f64 {
-        let exact = !matches!(self, Self::Linear(_) | Self::Servo(_) | Self::Tank(_));
-        if !exact {
-            return self.advance_stepwise(sample, terms, sample_time_s, substeps);
-        }
-        let rest = sample.offset - terms.load(sample.tick, sample.t, sample_time_s);
-        let older = sample.gain * sample.older + rest;
-        let newer = sample.gain * sample.newer + rest;
         match self {
-            Self::One(p) => p.advance(older, newer),
-            Self::Two(p) => p.advance(older, newer),
-            Self::Three(p) => p.advance(older, newer),
-            Self::Four(p) => p.advance(older, newer),
-            Self::Eight(p) => p.advance(older, newer),
-            Self::Sixteen(p) => p.advance(older, newer),
-            Self::Linear(_) | Self::Servo(_) | Self::Tank(_) => {}
+            Self::One(p) => sample.exact_step(p, terms, sample_time_s),
+            Self::Two(p) => sample.exact_step(p, terms, sample_time_s),
+            Self::Three(p) => sample.exact_step(p, terms, sample_time_s),
+            Self::Four(p) => sample.exact_step(p, terms, sample_time_s),
+            Self::Eight(p) => sample.exact_step(p.as_mut(), terms, sample_time_s),
+            Self::Sixteen(p) => sample.exact_step(p.as_mut(), terms, sample_time_s),
+            Self::Linear(_) | Self::Servo(_) | Self::Tank(_) => {
+                self.advance_stepwise(sample, terms, sample_time_s, substeps)
+            }
         }
-        newer
     }
 
     fn advance_stepwise(

@@ -17,12 +17,14 @@ mod delay_line;
 mod exact;
 mod law;
 mod linear;
+mod observed;
 mod servo;
 mod start;
 mod tank;
 mod terms;
 
 pub use law::replay_law;
+pub use observed::Observer;
 pub use start::Start;
 
 use rand_chacha::ChaCha8Rng;
@@ -57,6 +59,16 @@ pub struct Step {
     pub drive: f64,
 }
 
+/// Where each measured input enters, and what of it.
+type Inputs = Vec<(Enters, f64)>;
+
+/// What the measured inputs are worth at a place.
+#[inline]
+fn entering(list: &Inputs, place: Enters, values: &[f64]) -> f64 {
+    let here = list.iter().zip(values).filter(|((enters, _), _)| *enters == place);
+    here.map(|((_, gain), value)| gain * value).sum()
+}
+
 /// What happens to the loop's numbers at a tick.
 #[derive(Clone)]
 struct Change {
@@ -77,7 +89,7 @@ pub struct Simulation {
     tick: u64,
     law: Law,
     terms: Terms,
-    inputs: Vec<(Enters, f64)>,
+    inputs: Inputs,
     line: DelayLine,
     body: Body,
     drive_gain: f64,
@@ -182,7 +194,7 @@ impl Simulation {
         let (true_y, y) = self.measure(inputs);
         let law = self.law.step(r, y);
         let u = self.terms.command(self.tick, law);
-        self.advance(u, inputs, 0.0);
+        self.advance(u, inputs);
         Step { y, u, true_y, drive: self.held_drive }
     }
 
@@ -191,7 +203,7 @@ impl Simulation {
     pub fn replay_step(&mut self, u: f64, inputs: &[f64]) -> Step {
         self.change();
         let (true_y, y) = self.measure(inputs);
-        self.advance(u, inputs, 0.0);
+        self.advance(u, inputs);
         Step { y, u, true_y, drive: self.held_drive }
     }
 
@@ -201,24 +213,8 @@ impl Simulation {
         let (true_y, y) = self.measure(inputs);
         let law = self.law.step(r, measured);
         self.terms.command(self.tick, law);
-        self.advance(u, inputs, 0.0);
+        self.advance(u, inputs);
         Step { y, u, true_y, drive: self.held_drive }
-    }
-
-    /// The next sample as the sensor will show it, and dy/dt there: the first half of a sample, which [`Simulation::hold`] ends. Between
-    /// the two an observer may [`correct`](Simulation::correct) the state.
-    #[inline]
-    pub fn predict(&mut self, inputs: &[f64]) -> (f64, f64) {
-        self.change();
-        let rate = self.body.rate(self.held_drive);
-        (self.measure(inputs).1, rate)
-    }
-
-    /// Holds the controller's output as recorded until the next sample, under a load (subtracted from the drive) beside those of
-    /// the terms.
-    #[inline]
-    pub fn hold(&mut self, u: f64, inputs: &[f64], load: f64) {
-        self.advance(u, inputs, load);
     }
 
     /// The plant's state before the next sample: a servo's position and speed, a tank's level, or the states of the
@@ -236,19 +232,6 @@ impl Simulation {
         }
         let after = self.body.output(self.held_drive);
         self.terms.correct(after - before);
-    }
-
-    /// The same for a filter: from the state `first` on, each by its gain times `error`.
-    #[inline]
-    pub fn correct_from(&mut self, first: usize, gains: &[f64], error: f64) {
-        let heeds = self.terms.heeds_corrections();
-        let before = if heeds { self.body.output(self.held_drive) } else { 0.0 };
-        for (state, gain) in self.body.state_mut().iter_mut().skip(first).zip(gains) {
-            *state += gain * error;
-        }
-        if heeds {
-            self.terms.correct(self.body.output(self.held_drive) - before);
-        }
     }
 
     /// The controller's integrator, in the unit of u.
@@ -280,12 +263,6 @@ impl Simulation {
     }
 
     #[inline]
-    fn entering(&self, place: Enters, inputs: &[f64]) -> f64 {
-        let here = self.inputs.iter().zip(inputs).filter(|((enters, _), _)| *enters == place);
-        here.map(|((_, gain), value)| gain * value).sum()
-    }
-
-    #[inline]
     fn measure(&mut self, inputs: &[f64]) -> (f64, f64) {
         let t = self.time_s();
         let true_y = self.body.output(self.held_drive);
@@ -294,16 +271,16 @@ impl Simulation {
             let normal: f64 = StandardNormal.sample(&mut self.noise);
             y += self.sensor_noise * normal;
         }
-        y += self.entering(Enters::Sensor, inputs);
+        y += entering(&self.inputs, Enters::Sensor, inputs);
         (true_y, self.terms.sensor(self.tick, t, y))
     }
 
     #[inline]
-    fn advance(&mut self, u: f64, inputs: &[f64], load: f64) {
+    fn advance(&mut self, u: f64, inputs: &[f64]) {
         let t = self.time_s();
-        let w = self.terms.actuator(self.tick, t, u + self.entering(Enters::Actuator, inputs));
+        let w = self.terms.actuator(self.tick, t, u + entering(&self.inputs, Enters::Actuator, inputs));
         let (older, newer) = self.line.push(w);
-        let offset = self.drive_offset - self.entering(Enters::Load, inputs) - load;
+        let offset = self.drive_offset - entering(&self.inputs, Enters::Load, inputs);
         let (tick, part, gain) = (self.tick, self.line.part, self.drive_gain);
         let sample = Sample { tick, t, older, newer, part, gain, offset };
         self.held_drive = self.body.advance(&sample, &mut self.terms, self.sample_time_s, self.substeps);

@@ -8,6 +8,7 @@ mod wave;
 
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point};
+use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::{Cache, Data, Rows, rows};
 use crate::physics::{Kind, Over, Starts, Term};
 
@@ -147,10 +148,6 @@ fn wider(base: &Base<'_>, kind: &'static Kind, parameters: Vec<f64>) -> Hypothes
 /// A term's parameters where it does nothing.
 fn neutral(kind: &Kind) -> Vec<f64> {
     kind.parameters.iter().map(|parameter| parameter.neutral).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn without(directions: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {

@@ -222,7 +222,7 @@ fn clutch_of_a_servo_trainer() {
     let model = export(&temporary, 0.066_666_7, ["V", "V"]);
     let free = signals(&folder.join("vel_3_noclutch_close_p.csv"), &model);
     let closed = signals(&folder.join("vel_3_clutch_close_p.csv"), &model);
-    let known = Healthy::of(&model, std::slice::from_ref(&free)).unwrap();
+    let known = Healthy::of(&model, std::slice::from_ref(&free));
     let found = printed("ce110 vel_3_clutch", || known.diagnose(&closed, None)).unwrap();
     let load = found.physics.first().unwrap();
     assert!(["coulomb_friction", "load_step"].contains(&load.term.kind.name), "{load:?}");
@@ -367,7 +367,7 @@ fn loads_and_biases_of_a_temperature_lab() {
     let runs = ["augmented_arx", "constrained_ml_1", "reg_cons_ml"];
     let healthy: Vec<Signals> =
         runs.iter().map(|run| signals(&folder.join(format!("sp_{run}.csv")), &model)).collect();
-    let known = Healthy::of(&model, &healthy).unwrap();
+    let known = Healthy::of(&model, &healthy);
     let (mut hit, mut all, mut wrong) = (0, 0, 0);
     for run in runs {
         let path = folder.join(format!("dist_{run}.csv"));

@@ -12,42 +12,39 @@ use super::signals::Signals;
 use super::whiten::Whitener;
 use super::{Diagnosis, diagnose_beside, diagnose_with, identify, spans};
 
-/// A loop as healthy recordings show it.
+/// A loop with healthy recordings of it.
 #[derive(Debug, Clone)]
 pub struct Healthy {
-    /// The loop with its numbers from them.
-    pub model: Loop,
-    /// The largest gain in log-likelihood of an event in them; infinite where events follow each other without end.
-    pub event_gain: f64,
-    /// The loop as it was stated, and the recordings.
     stated: Loop,
     recordings: Vec<Signals>,
 }
 
 impl Healthy {
-    /// The loop with its plant identified in, or its numbers fitted to, these recordings: each by itself, then the medians.
-    ///
-    /// # Errors
-    /// The model follows none of them.
-    pub fn of(stated: &Loop, healthy: &[Signals]) -> Result<Self> {
-        let model = fitted(stated, healthy)?;
-        let gain = |signals: &Signals| {
-            let steps = spans::steps(&model, signals)?;
-            Some(spans::terms(&steps, signals).iter().map(|acting| acting.gain).fold(0.0, f64::max))
-        };
-        let gains = healthy.par_iter().map(|signals| gain(signals).unwrap_or(f64::INFINITY));
-        let event_gain = gains.reduce(|| 0.0, f64::max);
-        Ok(Self { model, event_gain, stated: stated.clone(), recordings: healthy.to_vec() })
+    /// The loop as stated, or with its plant left open, and recordings of it without a fault.
+    pub fn of(stated: &Loop, healthy: &[Signals]) -> Self {
+        Self { stated: stated.clone(), recordings: healthy.to_vec() }
     }
 
-    /// As [`diagnose`](super::diagnose), of another recording of the loop; an event must stand out of those in the healthy ones.
+    /// As [`diagnose`](super::diagnose), of another recording of the loop; what is looked for is not in the healthy ones.
     ///
     /// # Errors
     /// As [`diagnose`](super::diagnose).
     pub fn diagnose(&self, recording: &Signals, holdout: Option<&Signals>) -> Result<Diagnosis> {
-        let by_prediction_error = || diagnose_beside(recording, holdout, &self.model, self.event_gain);
-        diagnose_with(recording, holdout, &self.stated, &self.recordings, by_prediction_error)
+        diagnose_with(recording, holdout, &self.stated, &self.recordings, || {
+            let model = fitted(&self.stated, &self.recordings)?;
+            diagnose_beside(recording, holdout, &model, event_gain(&model, &self.recordings))
+        })
     }
+}
+
+/// The largest gain in log-likelihood of an event in healthy recordings; infinite where events follow each other without end.
+fn event_gain(model: &Loop, healthy: &[Signals]) -> f64 {
+    let gain = |signals: &Signals| {
+        let steps = spans::steps(model, signals)?;
+        Some(spans::terms(&steps, signals).iter().map(|acting| acting.gain).fold(0.0, f64::max))
+    };
+    let gains = healthy.par_iter().map(|signals| gain(signals).unwrap_or(f64::INFINITY));
+    gains.reduce(|| 0.0, f64::max)
 }
 
 /// The loop with its numbers from healthy recordings: each is fitted by itself, the median of every number is taken.

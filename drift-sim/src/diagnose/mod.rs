@@ -52,7 +52,7 @@ pub mod whiten;
 use crate::Result;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::likelihood_search::{self, options::Options};
+use crate::likelihood_search::{self, Judged, options::Options};
 use crate::physics::{Place, Term};
 use crate::plant::Plant;
 use controller_replay::ControllerReplay;
@@ -239,8 +239,12 @@ fn diagnose_with(
     healthy: &[Signals],
     by_prediction_error: impl FnOnce() -> Result<Diagnosis>,
 ) -> Result<Diagnosis> {
-    let found = likelihood_search::diagnose(recording, holdout, nominal, healthy, &Options::default());
-    let Some(found) = found else { return by_prediction_error() };
+    let found = match likelihood_search::diagnose(recording, holdout, nominal, healthy, &Options::default()) {
+        Judged::Stands(found) => *found,
+        // No recording that can be read ends in an error.
+        Judged::Doubted(undecided) => return by_prediction_error().or(Ok(*undecided)),
+        Judged::Nothing => return by_prediction_error(),
+    };
     // Under an unknown law no loop is closed, and there is nothing to compare.
     if nominal.plant != Plant::Identify || nominal.controller == Controller::Recorded {
         return Ok(found);

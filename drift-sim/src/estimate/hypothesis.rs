@@ -139,7 +139,9 @@ pub struct Realised {
     pub late_s: f64,
 }
 
+/// How far the logarithm of a plant's number moves, at least, and in its prior deviations.
 const LOG_REACH: f64 = 2.0;
+const DEVIATIONS: f64 = 3.0;
 const STEP: f64 = 1e-3;
 const ROUGH_STEP: f64 = 5e-3;
 const LOG_STEP: f64 = 1e-4;
@@ -384,6 +386,7 @@ fn shift_of(role: Role, start: &Start) -> f64 {
 fn plant_number(i: usize, number: &Number, scales: &Scales, priors: &Priors, ts: f64) -> Option<Free> {
     let name = format!("plant.{}", number.name);
     let target = Target::Plant(i);
+    let reach = LOG_REACH.max(DEVIATIONS * priors.plant_log);
     let moved = |scale: f64, low: f64| Free {
         target,
         name: name.clone(),
@@ -402,8 +405,8 @@ fn plant_number(i: usize, number: &Number, scales: &Scales, priors: &Priors, ts:
             name: name.clone(),
             from: number.value,
             scale: 0.0,
-            low: -LOG_REACH,
-            high: LOG_REACH,
+            low: -reach,
+            high: reach,
             step: if number.role == Role::Delay {
                 (0.01 * ts / number.value).clamp(LOG_STEP, 0.02)
             } else {

@@ -60,8 +60,9 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let Some(best) = scored.first().copied().filter(|best| best.score > options.least_gain.max(least)) else {
         return Decision { scored, ..Decision::default() };
     };
-    let near: Vec<Scored> =
-        scored.iter().copied().filter(|s| s.score > best.score - options.margin).collect();
+    // The cost of its numbers alone puts no kind aside that is as likely as the best one.
+    let is_near = |s: &Scored| s.score > best.score - options.margin || s.gain >= best.gain;
+    let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
     let one_family = near
         .iter()
         .all(|s| s.kind == best.kind || (s.kind.family.is_some() && s.kind.family == best.kind.family));

@@ -6,8 +6,10 @@ use crate::estimate::signals::Signals;
 const MOST_VALUES: f64 = 0.25;
 /// How far from a whole multiple a difference of two values may lie, as part of the step: rounding in the file.
 const OFF: f64 = 0.02;
-/// The least step, as a part of y's median change from sample to sample, zeros left out: below it rounding is no more than a recording's digits.
+/// Values below which y tells no step.
 const LEAST_VALUES: usize = 4;
+/// Steps that y changes by from sample to sample (the median, where it changes) at most: a finer lattice is that of the file's digits.
+const MOST_STEPS: f64 = 10.0;
 
 /// The step of y in all of these recordings; `None` where y is not on a lattice or uses it finely.
 pub fn step(recordings: &[Signals]) -> Option<f64> {
@@ -34,5 +36,14 @@ pub fn step(recordings: &[Signals]) -> Option<f64> {
     let mut off: Vec<f64> = gaps.iter().map(|gap| (gap / step - whole(gap, step)).abs()).collect();
     off.sort_by(f64::total_cmp);
     let median = off.get(off.len() / 2).copied().unwrap_or(1.0);
-    (step.is_finite() && step > 0.0 && median < OFF).then_some(step)
+    (step > 0.0 && median < OFF && typical_change(recordings) < MOST_STEPS * step).then_some(step)
+}
+
+/// The median change of y from sample to sample, where it changes.
+fn typical_change(recordings: &[Signals]) -> f64 {
+    let pairs = recordings.iter().flat_map(|signals| signals.y.windows(2));
+    let mut changes: Vec<f64> =
+        pairs.map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0).collect();
+    changes.sort_by(f64::total_cmp);
+    changes.get(changes.len() / 2).copied().unwrap_or(f64::INFINITY)
 }

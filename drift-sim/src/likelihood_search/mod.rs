@@ -23,7 +23,7 @@ mod rivals;
 mod search;
 mod starts;
 
-use crate::control_loop::Loop;
+use crate::control_loop::{Loop, Sensor};
 use crate::controller::Controller;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
@@ -34,8 +34,9 @@ use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
-use crate::physics::{Starts, Term};
+use crate::physics::{Place, Starts, Term};
 use crate::plant::Role;
+use crate::simulate::Trace;
 use decide::is_physical;
 use excitation::Shows;
 use law::Law;
@@ -44,15 +45,39 @@ use plants::Identified;
 use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
 
-/// Diagnoses a recording against a loop; `None` where this can't judge: the loop can't be simulated beside the recording, its law is another
-/// one, what is left is no noise of the kind that is reckoned with, or what was found does not simulate what it has not seen.
+/// What the likelihood says.
+pub enum Judged {
+    /// The diagnosis.
+    Stands(Box<Diagnosis>),
+    /// What is left is no noise of the kind that is reckoned with, or what was found does not simulate what it has not seen: undecided.
+    Doubted(Box<Diagnosis>),
+    /// The loop can't be simulated beside the recording, or its law is another one.
+    Nothing,
+}
+
+/// Diagnoses a recording against a loop.
 pub fn diagnose(
     recording: &Signals,
     holdout: Option<&Signals>,
     nominal: &Loop,
     healthy: &[Signals],
     options: &Options,
-) -> Option<Diagnosis> {
+) -> Judged {
+    match concluded(recording, holdout, nominal, healthy, options) {
+        Some((found, true)) => Judged::Stands(Box::new(found)),
+        Some((found, false)) => Judged::Doubted(Box::new(found.undecided())),
+        None => Judged::Nothing,
+    }
+}
+
+/// The diagnosis, and whether it stands.
+fn concluded(
+    recording: &Signals,
+    holdout: Option<&Signals>,
+    nominal: &Loop,
+    healthy: &[Signals],
+    options: &Options,
+) -> Option<(Diagnosis, bool)> {
     let parts = Parts::new(recording, holdout, options);
     let law = law::examine(nominal, &parts.recordings);
     if law.is_another {
@@ -70,14 +95,38 @@ pub fn diagnose(
         }
         None => {
             let (found, first) = likeliest_with_physics(plants, options)?;
-            let result = Search { data: &found.data, options }.run(first)?;
+            let result = Search { data: &found.data, options }.run(first);
             (found, result)
         }
     };
+    let is_noise = result.is_noise;
     let conclusion =
         Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
     let concluded = conclusion.diagnosis();
-    concluded.simulates(is_guessed).then_some(concluded)
+    if std::env::var_os("WHY").is_some() {
+        eprintln!(
+            "WHY concluded {:?} {:?} simulates {} before {:?} after {:?} train {:?} {:?}",
+            concluded.verdict,
+            concluded
+                .physics
+                .iter()
+                .map(|n| (
+                    n.term.kind.name,
+                    n.term.parameters.clone(),
+                    n.term.onset_s,
+                    n.train_gain,
+                    n.holdout_errors
+                ))
+                .collect::<Vec<_>>(),
+            concluded.simulates(is_guessed),
+            concluded.holdout.before,
+            concluded.holdout.after,
+            concluded.train.before,
+            concluded.train.after
+        );
+    }
+    let stands = is_noise && concluded.simulates(is_guessed);
+    Some((concluded, stands))
 }
 
 /// The plant that is likeliest together with one term beside it, or with none, and that field.
@@ -85,6 +134,16 @@ fn likeliest_with_physics(plants: Vec<Identified>, options: &Options) -> Option<
     let least = options.least_gain + options.margin;
     let sketched = plants.into_iter().filter_map(|plant| {
         let sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+        if std::env::var_os("WHY").is_some() {
+            eprintln!(
+                "WHY plant {:?} nominal {:.1} cost {:.1} sketch {:.1} {:?}",
+                plant.nominal.hypothesis.realise(&plant.nominal.point).map(|r| r.model.plant),
+                plant.nominal.objective(),
+                plant.cost(),
+                sketch.least_objective(least),
+                sketch.top()
+            );
+        }
         Some((sketch.least_objective(least) + plant.cost(), plant, sketch))
     });
     let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -168,9 +227,10 @@ const REFIT_LEAST: f64 = 0.5;
 /// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
 const TELLS: f64 = 0.3;
 
-/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; and how many times the error
-/// without them a simulation with the named terms may leave there.
+/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it, or the part of the error without
+/// them that the named terms may leave there; and how many times that error they may leave anywhere.
 const LEAST_SIMULATED_PCT: f64 = 50.0;
+const CLOSER: f64 = 0.9;
 const MOST_WORSE: f64 = 1.25;
 
 impl Diagnosis {
@@ -180,10 +240,38 @@ impl Diagnosis {
         let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
         let (Some(before), Some(after)) = (fits.before, fits.after) else { return !is_guessed };
         let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
-        let is_noise = |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange);
+        // Noise and rounding change no prediction.
+        let is_noise = |named: &Named| match named.term.kind.search {
+            Starts::NoiseChange => true,
+            Starts::Apart => named.term.kind.place == Place::Sensor,
+            _ => false,
+        };
         let is_open = self.nominal.controller == Controller::Recorded;
-        let follows = !(is_guessed && is_open) || after.y_pct > LEAST_SIMULATED_PCT;
+        let follows = !(is_guessed && is_open)
+            || after.y_pct > LEAST_SIMULATED_PCT
+            || error(after) < CLOSER * error(before);
         follows && (self.physics.iter().all(is_noise) || error(after) < MOST_WORSE * error(before))
+    }
+
+    /// The same with nothing named: what would have been is a candidate.
+    fn undecided(self) -> Self {
+        let mut candidates = self.candidates;
+        candidates.extend(self.physics.iter().map(|named| (named.term.kind.name, named.train_gain)));
+        let fits = |fits: Fits| Fits { after: fits.before, ..fits };
+        Self {
+            verdict: Verdict::Undecided,
+            place: None,
+            spans: Vec::new(),
+            depends_on: Vec::new(),
+            physics: Vec::new(),
+            candidates,
+            train: fits(self.train),
+            holdout: fits(self.holdout),
+            improvement: None,
+            improved: self.refitted.clone(),
+            drive_left: None,
+            ..self
+        }
     }
 }
 
@@ -263,7 +351,12 @@ impl Conclusion<'_> {
             train: train_fits,
             holdout: holdout_fits,
             improvement: unseen.as_ref().and_then(|unseen| {
-                improvement(&run(&refitted, unseen, 0)?, &run(&improved, unseen, 0)?, self.stated, unseen)
+                improvement(
+                    &quiet_run(&refitted, unseen)?,
+                    &quiet_run(&improved, unseen)?,
+                    self.stated,
+                    unseen,
+                )
             }),
             cycle_s: cycle::period(held).map(|samples| samples as f64 * held.sample_time_s),
             noise_floor: noise_floor(&improved, best.rows.sensor_sd, held),
@@ -452,14 +545,19 @@ fn as_file(model: &Loop, constant_load: f64) -> Loop {
     model
 }
 
+/// A run of the closed loop without the sensor's noise: another draw of it is no better prediction.
+fn quiet_run(model: &Loop, signals: &Signals) -> Option<Trace> {
+    run(&Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }, signals, 0)
+}
+
 /// Fit of the closed loop on a recording.
 fn fit_pct(model: &Loop, signals: &Signals) -> Option<FitPct> {
-    Some(fit_of(model, &run(model, signals, 0)?, signals))
+    Some(fit_of(model, &quiet_run(model, signals)?, signals))
 }
 
 /// How well the improved model fits itself under the sensor noise that was found.
 fn noise_floor(improved: &Loop, sensor_sd: f64, signals: &Signals) -> Option<FitPct> {
-    let quiet = run(improved, signals, 0)?;
+    let quiet = quiet_run(improved, signals)?;
     let mut noisy = improved.clone();
     noisy.sensor.noise = sensor_sd;
     let trace = run(&noisy, signals, 1)?;

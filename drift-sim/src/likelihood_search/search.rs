@@ -49,6 +49,8 @@ pub struct Found {
     pub set: Vec<(&'static str, f64)>,
     /// Whether what can't be told apart is proven to be there.
     pub is_proven: bool,
+    /// Whether what is left is noise of the kind that is reckoned with.
+    pub is_noise: bool,
     /// All kinds beside the nominal loop, and what they gain.
     pub rivals: Vec<(&'static str, f64)>,
     /// A coarse sensor.
@@ -86,18 +88,20 @@ impl Search<'_> {
             named: Vec::new(),
             set: Vec::new(),
             is_proven: false,
+            is_noise: true,
             rivals: Vec::new(),
             quantum: None,
         }
     }
 
-    /// The search from the first field on; `None` where what is left is no noise of the kind that is reckoned with.
-    pub fn run(&self, first: Field) -> Option<Found> {
+    /// The search from the first field on.
+    pub fn run(&self, first: Field) -> Found {
         let likeliest = first.rivals.first().map_or(&first.base, |best| &best.fit);
         if independent_share(likeliest) < HOPELESS {
-            return None;
+            return Found { is_noise: false, ..self.nominal_only(first.base) };
         }
         let decision = decide(&first, self.options, 0.0);
+        why(&decision, likeliest);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let mut found = Found { rivals, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
@@ -106,6 +110,7 @@ impl Search<'_> {
             let Some(next) = field(&best, self.data, Round::Later) else { break };
             let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
             let decision = decide(&next, self.options, self.options.least_share * strongest);
+            why(&decision, next.rivals.first().map_or(&next.base, |best| &best.fit));
             let before = found.named.len();
             let set = std::mem::take(&mut found.set);
             self.take(&mut found, &next, decision);
@@ -116,11 +121,24 @@ impl Search<'_> {
             self.reconsider(&mut found);
         }
         let best = found.best.as_ref().unwrap_or(&found.base);
-        if independent_share(best) < LEAST_INDEPENDENT {
-            return None;
+        found.is_noise = independent_share(best) >= LEAST_INDEPENDENT;
+        if std::env::var_os("WHY").is_some() {
+            eprintln!(
+                "WHY before proof {:?} set {:?} proven {}",
+                found.named.iter().map(|c| (c.gain, c.tied.clone())).collect::<Vec<_>>(),
+                found.set,
+                found.is_proven
+            );
         }
         self.prove(&mut found);
-        Some(found)
+        if std::env::var_os("WHY").is_some() {
+            eprintln!(
+                "WHY after proof {:?} set {:?}",
+                found.named.iter().map(|c| (c.gain, c.unseen)).collect::<Vec<_>>(),
+                found.set
+            );
+        }
+        found
     }
 
     /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.
@@ -278,4 +296,26 @@ fn predicted(fit: &Fit) -> f64 {
         hypothesis.place(target).and_then(|i| fit.point.x.get(i)).copied().unwrap_or(0.0)
     };
     1.0 / (1.0 + libm::exp(2.0 * at(&fit.hypothesis, Target::LoadSize)))
+}
+
+fn why(decision: &Decision, best: &Fit) {
+    if std::env::var_os("WHY").is_some() {
+        let top: Vec<_> =
+            decision.scored.iter().take(6).map(|s| (s.kind.name, s.gain.round(), s.score.round())).collect();
+        eprintln!(
+            "WHY share {:.3} set {:?} {:?}",
+            independent_share(best),
+            decision.set.iter().map(|k| k.name).collect::<Vec<_>>(),
+            top
+        );
+        eprintln!(
+            "WHY best {:?}",
+            best.hypothesis
+                .free
+                .iter()
+                .zip(&best.point.x)
+                .map(|(f, x)| (f.name.clone(), f.value(*x)))
+                .collect::<Vec<_>>()
+        );
+    }
 }

@@ -2,7 +2,7 @@
 //! `w^2/(s^2 + 2*damping*w*s + w^2)`, `w = 2 pi*frequency_hz`. In a linear loop it could as well be on the side of y.
 
 use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 use crate::plant::StateSpace;
 use crate::plant::zero_order_hold::discretise;
@@ -13,7 +13,7 @@ pub(super) static KIND: Kind = Kind {
     begins: Begins::Start,
     parameters: &[
         Parameter::new("frequency_hz", "Hz", Range::Positive, |s, _| 0.02 / s.sample_time_s),
-        Parameter::new("damping", "1", Range::Between(0.0, 10.0), |_, _| 1.0),
+        Parameter::new("damping", "1", Range::Between(0.0, 1.0), |_, _| 1.0),
     ],
     applies: every_plant,
     consistent: any_values,
@@ -29,7 +29,8 @@ pub(super) static KIND: Kind = Kind {
     search: Starts::Grid(|s| {
         grid([0.01, 0.025, 0.06, 0.15, 0.35], |part| vec![part / s.sample_time_s, 0.05])
     }),
-    family: None,
+    // Above what the recording shows it is nothing but late.
+    family: Some(Family::Lag),
     excitation: "Fast set-point changes or pulses that ring the mode.",
     ties: &["unmodelled_lag"],
     experiment: "Excite with pulses or a sweep around the suspected frequency: a mode rings, a lag does not.",

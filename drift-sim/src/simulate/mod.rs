@@ -360,6 +360,13 @@ pub fn replay(
     run(model, u, inputs, seed, start, |simulation, u, now| simulation.replay_step(u, now))
 }
 
+/// What leaves the actuator's terms under a recorded u.
+pub fn actuated(model: &Loop, u: &[f64]) -> Vec<f64> {
+    let mut terms = Terms::new(model, 0, model.sample_time_s);
+    let at = |n: usize| (n as u64, n as f64 * model.sample_time_s);
+    u.iter().enumerate().map(|(n, u)| terms.actuator(at(n).0, at(n).1, *u)).collect()
+}
+
 fn run(
     model: &Loop,
     driving: &[f64],

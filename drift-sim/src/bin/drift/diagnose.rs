@@ -77,7 +77,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let found = if healthy.is_empty() {
         diagnose(&train, holdout.as_ref(), &model)?
     } else {
-        Healthy::of(&model, &healthy)?.diagnose(&train, holdout.as_ref())?
+        Healthy::of(&model, &healthy).diagnose(&train, holdout.as_ref())?
     };
     drop(progress);
     if let Some(path) = &arguments.model {

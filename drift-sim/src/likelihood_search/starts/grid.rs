@@ -1,5 +1,6 @@
 //! Starts on a grid, and of what acts in proportion to its parameter.
 
+use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::physics::{Kind, Start};
 
 use super::{Base, Begin, neutral, wider};
@@ -7,11 +8,21 @@ use super::{Base, Begin, neutral, wider};
 /// Size of a trial of what acts in proportion, in the parameter's own scale.
 const TRIAL: f64 = 0.02;
 
-/// Each of the points, by one simulation.
+/// Logarithm of a gain from which a start is tried with it as well.
+const OTHER_GAIN: f64 = 0.2;
+
+/// Each of the points, by one simulation; where an actuator passes less of u there, also with a plant that makes up for it.
 pub fn points(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<Vec<Begin>> {
     let hypothesis = wider(base, kind, starts.first()?.parameters.clone());
     let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
-    let begins = starts.iter().filter_map(|start| {
+    let before = actuated(base, &base.fit.hypothesis, &base.fit.point);
+    let made_up = starts.iter().filter_map(|start| {
+        let after = actuated(base, &hypothesis, &hypothesis.started(&from, start, 0.0));
+        let gain = -libm::log(slope(before.as_ref()?, after.as_ref()?));
+        (gain > OTHER_GAIN && gain.is_finite()).then(|| Start { gain: start.gain + gain, ..start.clone() })
+    });
+    let made_up: Vec<Start> = made_up.collect();
+    let begins = starts.iter().chain(&made_up).filter_map(|start| {
         let point = hypothesis.started(&from, start, 0.0);
         let score = base.score(&hypothesis, &point)?;
         Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 })
@@ -28,4 +39,18 @@ pub fn proportional(base: &Base<'_>, kind: &'static Kind) -> Option<Vec<Begin>> 
     let free = hypothesis.free.get(place)?;
     *point.x.get_mut(place)? = x.clamp(free.low, free.high);
     Some(vec![Begin { score, hypothesis, point, onset_s: 0.0 }])
+}
+
+/// What leaves the actuator's terms in the first recording.
+fn actuated(base: &Base<'_>, hypothesis: &Hypothesis, point: &Point) -> Option<Vec<f64>> {
+    let realised = hypothesis.realise(point)?;
+    Some(crate::simulate::actuated(&realised.model, &base.data.recordings.first()?.u))
+}
+
+/// The slope of one signal over another.
+fn slope(x: &[f64], y: &[f64]) -> f64 {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+    let (of_x, of_y) = (mean(x), mean(y));
+    let sum = |a: &[f64], of_a: f64| -> f64 { a.iter().zip(x).map(|(a, x)| (a - of_a) * (x - of_x)).sum() };
+    sum(y, of_y) / sum(x, of_x)
 }

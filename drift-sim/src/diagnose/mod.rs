@@ -66,6 +66,8 @@ const LAW_IS_ANOTHER: f64 = 0.1;
 const MOST_SAMPLES: usize = 150_000;
 /// Part of the other's error on unseen data that a simulation must leave at most to be preferred on a guessed plant.
 const CLOSER: f64 = 0.8;
+/// What it may leave of u at most, in per cent.
+const FOLLOWS_PCT: f64 = 50.0;
 /// Part of a recording that is held out when no other is given.
 const HELD_OUT: f64 = 0.3;
 
@@ -245,12 +247,16 @@ fn diagnose_with(
         Judged::Doubted(undecided) => return by_prediction_error().or(Ok(*undecided)),
         Judged::Nothing => return by_prediction_error(),
     };
-    // Under an unknown law no loop is closed, and there is nothing to compare.
-    if nominal.plant != Plant::Identify || nominal.controller == Controller::Recorded {
+    // Under an unknown law no loop is closed, and there is nothing to compare; where causes are left, a simulation with one of them is no
+    // evidence against the others.
+    if nominal.plant != Plant::Identify
+        || nominal.controller == Controller::Recorded
+        || matches!(found.verdict, Verdict::Located | Verdict::Undecided)
+    {
         return Ok(found);
     }
     match by_prediction_error() {
-        Ok(other) if other.error_pct() < CLOSER * found.error_pct() => Ok(other),
+        Ok(other) if other.error_pct() < (CLOSER * found.error_pct()).min(FOLLOWS_PCT) => Ok(other),
         _ => Ok(found),
     }
 }

@@ -108,6 +108,24 @@ impl Signals {
         }
     }
 
+    /// One sample in `factor`: y and r as they are there, u and the inputs as they are in the mean until the next.
+    pub fn coarser(&self, factor: usize) -> Self {
+        let factor = factor.max(1);
+        let taken = |column: &Vec<f64>| column.iter().step_by(factor).copied().collect();
+        let mean = |column: &Vec<f64>| {
+            column.chunks(factor).map(|held| held.iter().sum::<f64>() / held.len() as f64).collect()
+        };
+        Self {
+            sample_time_s: factor as f64 * self.sample_time_s,
+            start_s: self.start_s,
+            origin_s: self.origin_s,
+            r: taken(&self.r),
+            y: taken(&self.y),
+            u: mean(&self.u),
+            inputs: self.inputs.iter().map(mean).collect(),
+        }
+    }
+
     /// Writes the inputs of sample `n` into `now`.
     #[inline]
     pub fn inputs_at(&self, n: usize, now: &mut [f64]) {

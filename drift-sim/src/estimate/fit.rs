@@ -31,6 +31,8 @@ const LEAST_DAMPING: f64 = 1e-6;
 /// An onset is moved down to this many samples, by widths that shrink by the factor; where the other numbers slide, by more of the
 /// objective than the slide may gain by chance.
 const LEAST_WIDTH: f64 = 1.0;
+/// Onsets that are tried all over the recording.
+const SCANNED: usize = 40;
 const NARROWER: f64 = 3.0;
 const SLID_GAIN: f64 = 0.05;
 /// Factor on the steps that show how rows change, once a fit is close.
@@ -176,6 +178,27 @@ impl Fit {
             *damping *= 8.0;
         }
         false
+    }
+
+    /// Tries onsets of a candidate term all over the recording, then those between the best one's neighbours, the other numbers sliding along
+    /// `tangent`: what shows at some times only has many local optima.
+    pub fn scan_onset(&mut self, data: &Data, candidate: usize, tangent: &Tangent) {
+        let spacing = self.hypothesis.scales.duration_s / SCANNED as f64;
+        let all = (1..SCANNED).map(|i| spacing * i as f64);
+        all.for_each(|onset_s| self.try_onset(data, candidate, onset_s, tangent));
+        let Some(middle) = self.point.onsets.get(candidate).copied() else { return };
+        let near = (1..SCANNED).map(|i| middle + spacing * (2.0 * i as f64 / SCANNED as f64 - 1.0));
+        near.for_each(|onset_s| self.try_onset(data, candidate, onset_s, tangent));
+    }
+
+    fn try_onset(&mut self, data: &Data, candidate: usize, onset_s: f64, tangent: &Tangent) {
+        let mut point = self.point.clone();
+        if let Some(onset) = point.onsets.get_mut(candidate)
+            && onset_s > 0.0
+        {
+            *onset = onset_s;
+            self.tried(point, data, Some(tangent), SLID_GAIN);
+        }
     }
 
     /// Moves the onset of a candidate term by `width` and less, down to a sample; at each trial the other numbers slide along `tangent`.

@@ -63,6 +63,7 @@ pub fn scales(model: &Loop, recordings: &[Signals]) -> Scales {
         u_slew: positive(at(&steps, 0.99) / ts),
         y,
         y_mean: ys.iter().sum::<f64>() / ys.len().max(1) as f64,
+        u_mean: us.iter().sum::<f64>() / us.len().max(1) as f64,
         noise: noise(recordings).max(1e-9 * y),
         speed: positive(speed),
         position: positive(position.fold(0.0, f64::max)),

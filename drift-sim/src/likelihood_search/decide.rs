@@ -60,12 +60,15 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let Some(best) = scored.first().copied().filter(|best| best.score > options.least_gain.max(least)) else {
         return Decision { scored, ..Decision::default() };
     };
-    // The cost of its numbers alone puts no kind aside that is as likely as the best one.
-    let is_near = |s: &Scored| s.score > best.score - options.margin || s.gain >= best.gain;
+    // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family.
+    let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
+    let is_near = |s: &Scored| {
+        s.score > best.score - options.margin
+            || s.gain >= best.gain
+            || (is_related(s) && s.gain > best.gain - options.margin)
+    };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
-    let one_family = near
-        .iter()
-        .all(|s| s.kind == best.kind || (s.kind.family.is_some() && s.kind.family == best.kind.family));
+    let one_family = near.iter().all(|s| s.kind == best.kind || is_related(s));
     let set = near.iter().map(|s| s.kind).collect();
     let named = one_family.then(|| {
         // Of a family the simplest is named.

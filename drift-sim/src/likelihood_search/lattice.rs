@@ -6,8 +6,9 @@ use crate::estimate::signals::Signals;
 const MOST_VALUES: f64 = 0.25;
 /// How far from a whole multiple a difference of two values may lie, as part of the step: rounding in the file.
 const OFF: f64 = 0.02;
-/// Values below which y tells no step.
-const LEAST_VALUES: usize = 4;
+/// Values, and changes from one to another, below which y tells no step.
+const LEAST_VALUES: usize = 2;
+const LEAST_CHANGES: usize = 50;
 /// Steps that y changes by from sample to sample (the median, where it changes) at most: a finer lattice is that of the file's digits.
 const MOST_STEPS: f64 = 10.0;
 
@@ -36,14 +37,24 @@ pub fn step(recordings: &[Signals]) -> Option<f64> {
     let mut off: Vec<f64> = gaps.iter().map(|gap| (gap / step - whole(gap, step)).abs()).collect();
     off.sort_by(f64::total_cmp);
     let median = off.get(off.len() / 2).copied().unwrap_or(1.0);
-    (step > 0.0 && median < OFF && typical_change(recordings) < MOST_STEPS * step).then_some(step)
+    let changes = changes(recordings);
+    let typical = changes.get(changes.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let is_lattice = median < OFF && typical < MOST_STEPS * step && changes.len() >= LEAST_CHANGES;
+    (step > 0.0 && is_lattice).then_some(step)
 }
 
-/// The median change of y from sample to sample, where it changes.
-fn typical_change(recordings: &[Signals]) -> f64 {
+/// Whether y is on a lattice and stays where it is at most samples: its innovations are then no noise.
+pub fn rests(recordings: &[Signals]) -> bool {
+    let pairs = || recordings.iter().flat_map(|signals| signals.y.windows(2));
+    let same = pairs().filter(|pair| pair[0] == pair[1]).count();
+    2 * same > pairs().count() && step(recordings).is_some()
+}
+
+/// How much y changes from sample to sample, where it does, in order.
+fn changes(recordings: &[Signals]) -> Vec<f64> {
     let pairs = recordings.iter().flat_map(|signals| signals.y.windows(2));
     let mut changes: Vec<f64> =
         pairs.map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0).collect();
     changes.sort_by(f64::total_cmp);
-    changes.get(changes.len() / 2).copied().unwrap_or(f64::INFINITY)
+    changes
 }

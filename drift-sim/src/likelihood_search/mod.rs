@@ -33,7 +33,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
-use crate::estimate::signals::Signals;
+use crate::estimate::signals::{Signals, deviation, held};
 use crate::physics::{Place, Starts, Term};
 use crate::plant::Role;
 use crate::simulate::Trace;
@@ -99,7 +99,8 @@ fn concluded(
             (found, result)
         }
     };
-    let is_noise = result.is_noise;
+    let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
+    let is_noise = result.is_noise && !is_coarse;
     let conclusion =
         Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
     let concluded = conclusion.diagnosis();
@@ -151,12 +152,17 @@ fn likeliest_with_physics(plants: Vec<Identified>, options: &Options) -> Option<
     Some((plant, field))
 }
 
-/// A coarse sensor, where the plant is stated or healthy recordings show a finer one: else it may have been so all along.
+/// A coarse sensor: where the plant is stated, where healthy recordings show a finer one, or where y moves over few of its steps. Else it may have
+/// been so all along.
 fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -> Option<Term> {
-    if is_guessed && (healthy.is_empty() || lattice::step(healthy).is_some()) {
+    let step = lattice::step(recordings)?;
+    let is_new = !healthy.is_empty() && lattice::step(healthy).is_none();
+    let spread = recordings.iter().map(|signals| deviation(&held(&signals.y))).fold(0.0, f64::max);
+    let is_coarse = healthy.is_empty() && lattice::rests(recordings) && spread < FEW_STEPS * step;
+    if is_guessed && !is_new && !is_coarse {
         return None;
     }
-    Term::new("quantization", &[("step", lattice::step(recordings)?)]).ok()
+    Term::new("quantization", &[("step", step)]).ok()
 }
 
 /// The recordings and what a fit may see of each.
@@ -222,15 +228,19 @@ struct Conclusion<'a> {
 /// closer, on what nothing has seen as well.
 const REFIT_GAIN: f64 = 20.0;
 const REFIT_CLOSER: f64 = 0.1;
+/// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.
+const FEW_STEPS: f64 = 30.0;
 /// The least closed-loop error, in per cent of u, in which a difference means anything.
 const REFIT_LEAST: f64 = 0.5;
 /// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
 const TELLS: f64 = 0.3;
 
 /// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it, or the part of the error without
-/// them that the named terms may leave there; and how many times that error they may leave anywhere.
+/// them that the named terms may leave there, where one of them gains this much in log-likelihood; and how many times that error they may leave
+/// anywhere.
 const LEAST_SIMULATED_PCT: f64 = 50.0;
 const CLOSER: f64 = 0.9;
+const STRONG: f64 = 50.0;
 const MOST_WORSE: f64 = 1.25;
 
 impl Diagnosis {
@@ -240,16 +250,18 @@ impl Diagnosis {
         let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
         let (Some(before), Some(after)) = (fits.before, fits.after) else { return !is_guessed };
         let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
-        // Noise and rounding change no prediction.
-        let is_noise = |named: &Named| match named.term.kind.search {
-            Starts::NoiseChange => true,
-            Starts::Apart => named.term.kind.place == Place::Sensor,
-            _ => false,
+        // Noise and rounding change no prediction; rounding is seen without any.
+        let is_rounding = |named: &Named| {
+            matches!(named.term.kind.search, Starts::Apart) && named.term.kind.place == Place::Sensor
         };
+        let is_noise =
+            |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange) || is_rounding(named);
+        let is_strong = |named: &Named| named.train_gain > STRONG;
         let is_open = self.nominal.controller == Controller::Recorded;
         let follows = !(is_guessed && is_open)
+            || self.physics.iter().any(is_rounding)
             || after.y_pct > LEAST_SIMULATED_PCT
-            || error(after) < CLOSER * error(before);
+            || (error(after) < CLOSER * error(before) && self.physics.iter().any(is_strong));
         follows && (self.physics.iter().all(is_noise) || error(after) < MOST_WORSE * error(before))
     }
 

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -48,8 +47,13 @@ const LONGEST_PART: f64 = 1.0 / 12.0;
 /// Steps of a fit from each, and more of the best of each structure.
 const STEPS: usize = 4;
 const MORE_STEPS: usize = 15;
+/// Samples that are enough to tell which time constant to begin with, and the coarsest of them, in samples of the recording.
+const ENOUGH: usize = 5_000;
+const COARSEST: usize = 6;
 /// Prior deviation of the logarithm of a number that was not stated.
 const GUESSED_LOG: f64 = 1.5;
+/// Prior deviation of the constant load, as part of the drive's deviation: u's zero is anywhere.
+const GUESSED_LOAD: f64 = 10.0;
 
 /// The stated plant's fit; or those of the likeliest plants, the best first. Empty where none can be simulated.
 pub fn likeliest(
@@ -73,6 +77,7 @@ pub fn likeliest(
     }
     let mut options = options.clone();
     options.priors.plant_log = GUESSED_LOG;
+    options.priors.constant_load = GUESSED_LOAD;
     // The structure is that of the healthy recordings, where there are any.
     let (of, until) = if healthy.is_empty() {
         (recordings, fitted.to_vec())
@@ -89,29 +94,17 @@ pub fn likeliest(
 
 /// The loop with the likeliest plant of each structure, of those that are not far behind.
 fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<Loop> {
-    let data_of = |hypothesis: &Hypothesis| Data::new(hypothesis, of.to_vec(), until.to_vec());
-    let fits =
-        structures(&measure::scales(model, of)).into_par_iter().enumerate().filter_map(|(i, plant)| {
-            let candidate = Loop { plant, ..model.clone() };
-            let hypothesis = super::hypothesis(&candidate, of, options);
-            let data = data_of(&hypothesis);
-            let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
-            let mut fit = Fit::at(&hypothesis, &point, &data)?;
-            fit.descend(&data, STEPS, &[]);
-            Some((i % STRUCTURES, fit))
-        });
-    let begun: Vec<(usize, Fit)> = fits.collect();
+    let begun = begun(model, of, until, options);
     let objective = |fit: &Fit| fit.objective() + cost(fit);
     // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
     let mut fits: Vec<(usize, Fit)> = (0..STRUCTURES)
         .into_par_iter()
         .filter_map(|structure| {
             let own = begun.iter().filter(|(of, _)| *of == structure);
-            let (_, fit) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
-            let mut fit = fit.clone();
-            let data = data_of(&fit.hypothesis);
-            fit.descend(&data, MORE_STEPS, &[]);
-            Some((structure, fit))
+            let (_, coarse) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
+            let plant = coarse.hypothesis.realise(&coarse.point)?.model.plant;
+            fitted(Loop { plant, ..model.clone() }, of, until, MORE_STEPS, options)
+                .map(|fit| (structure, fit))
         })
         .collect();
     fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
@@ -131,6 +124,32 @@ fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Op
         loops.push(Loop { sensor: model.sensor, ..found });
     }
     loops
+}
+
+/// Short fits of all structures from all their time constants, with their structures; long recordings in coarser samples.
+fn begun(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<(usize, Fit)> {
+    let longest = until.iter().max().copied().unwrap_or(0);
+    let factor = (longest / ENOUGH).clamp(1, COARSEST);
+    let of: Vec<Signals> = of.iter().map(|signals| signals.coarser(factor)).collect();
+    let until: Vec<usize> = until.iter().map(|samples| samples / factor).collect();
+    let model = Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() };
+    let plants = structures(&measure::scales(&model, &of)).into_par_iter().enumerate();
+    plants
+        .filter_map(|(i, plant)| {
+            let fit = fitted(Loop { plant, ..model.clone() }, &of, &until, STEPS, options)?;
+            Some((i % STRUCTURES, fit))
+        })
+        .collect()
+}
+
+/// A fit from a loop's plant and a load of middling size.
+fn fitted(model: Loop, of: &[Signals], until: &[usize], steps: usize, options: &Options) -> Option<Fit> {
+    let hypothesis = super::hypothesis(&model, of, options);
+    let data = Data::new(&hypothesis, of.to_vec(), until.to_vec());
+    let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
+    let mut fit = Fit::at(&hypothesis, &point, &data)?;
+    fit.descend(&data, steps, &[]);
+    Some(fit)
 }
 
 /// Structures that are tried.
@@ -164,9 +183,9 @@ fn of_time(scales: &Scales, time: f64, gain: f64) -> [Plant; STRUCTURES] {
             gain,
             time_constant_s: time,
             delay_s: (0.1 * time).max(ts),
-            offset: scales.y_mean,
+            offset: scales.y_mean - gain * scales.u_mean,
         }),
-        transfer(gain, vec![0.3 * time * time, 1.3 * time, 1.0], scales.y_mean / gain),
+        transfer(gain, vec![0.3 * time * time, 1.3 * time, 1.0], scales.y_mean / gain - scales.u_mean),
         transfer(gain / time, vec![1.0, 0.0], 0.0),
         servo(Output::Position, viscous * time, viscous),
         servo(Output::Speed, time / gain.abs(), 1.0 / gain.abs()),

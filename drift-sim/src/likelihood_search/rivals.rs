@@ -280,6 +280,7 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
     }
     fit.descend(data, LONG, &fixed);
     if at_once && let Some(tangent) = fit.tangent(data, &fixed) {
+        fit.scan_onset(data, last, &tangent);
         fit.search_onset(data, last, duration / 25.0, Some(&tangent));
         fit.search_onset(data, last, duration / 200.0, None);
         fit.descend(data, AGAIN, &fixed);

@@ -27,6 +27,8 @@ pub struct Scales {
     pub y: f64,
     /// Mean of y.
     pub y_mean: f64,
+    /// Mean of u.
+    pub u_mean: f64,
     /// Standard deviation of the sensor's fast noise, at most.
     pub noise: f64,
     /// Standard deviation of the speed: of dy/dt, or of y where y is a speed.
@@ -57,6 +59,7 @@ impl Default for Scales {
             u_slew: 10.0,
             y: 1.0,
             y_mean: 0.0,
+            u_mean: 0.0,
             noise: 0.01,
             speed: 1.0,
             position: 4.0,

@@ -4,6 +4,8 @@ use crate::diagnose::signals::Signals;
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::{Cache, Data, runs};
 
+use super::decide::independent_share;
+
 /// Log-likelihood gained on unseen samples, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gained {
@@ -11,6 +13,8 @@ pub struct Gained {
     pub sum: f64,
     /// Its standard error, from the scatter of the samples' own gains; they are independent as far as the innovations are white.
     pub error: f64,
+    /// The sum as far as samples are independent.
+    pub independent: f64,
 }
 
 impl Gained {
@@ -22,10 +26,14 @@ impl Gained {
 
 /// Half width, in standard errors, of a 95 % interval.
 const NORMAL_95: f64 = 1.96;
+/// Likelihood ratio on unseen samples from which chance is ruled out: it exceeds this with a probability of one in as many, at most, where the worse
+/// fit is the truth (Wasserman, Ramdas & Balakrishnan 2020, "Universal inference", with the worse fit's numbers taken as known).
+const LEAST_RATIO: f64 = 100.0;
+
 impl Gained {
-    /// Whether its 95 % interval lies above zero.
+    /// Whether chance is ruled out: by the scatter of the samples' gains, or, where few samples tell all (a step), by the likelihood ratio itself.
     pub fn is_sure(self) -> bool {
-        self.sum > NORMAL_95 * self.error
+        self.sum > NORMAL_95 * self.error || self.independent > libm::log(LEAST_RATIO)
     }
 }
 
@@ -52,5 +60,5 @@ pub fn gained(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
     let sum: f64 = differences.iter().sum();
     let mean = sum / n;
     let square: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
-    Some(Gained { sum, error: libm::sqrt(square) })
+    Some(Gained { sum, error: libm::sqrt(square), independent: independent_share(better) * sum })
 }

@@ -173,6 +173,9 @@ impl Search<'_> {
                 };
                 let Some(without) = without else { continue };
                 let unseen = gained(&best, &without, self.data);
+                if std::env::var_os("WHY").is_some() {
+                    eprintln!("WHY unseen {index} {unseen:?} onset {:?}", best.point.onsets);
+                }
                 if let Some(choice) = found.named.get_mut(index) {
                     choice.unseen = unseen;
                     if best.hypothesis.candidates().len() > 1 {

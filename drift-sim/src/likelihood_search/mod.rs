@@ -85,17 +85,19 @@ fn concluded(
     }
     let plants = plants::likeliest(&law.model, &parts.recordings, &parts.fitted, healthy, options);
     let is_guessed = plants.first()?.is_guessed;
+    let is_plant_open = is_guessed && healthy.is_empty();
     let coarse = quantization(&parts.recordings, healthy, is_guessed);
     let (found, result) = match coarse {
         Some(quantum) => {
             let found = plants.into_iter().next()?;
-            let search = Search { data: &found.data, options };
+            let search = Search { data: &found.data, options, is_plant_open };
             let result = search.coarse(found.nominal.clone(), quantum);
             (found, result)
         }
         None => {
             let (found, first) = likeliest_with_physics(plants, options)?;
-            let result = Search { data: &found.data, options }.run(first);
+            let search = Search { data: &found.data, options, is_plant_open };
+            let result = search.run(search.with_own_lags(first));
             (found, result)
         }
     };

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::is_noise;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -32,8 +33,10 @@ impl Identified {
     }
 }
 
+/// An offset is the load that stays, which is free beside every plant; the time by which y is late stands for a dead time.
 fn cost(fit: &Fit) -> f64 {
-    fit.hypothesis.numbers.len() as f64 * libm::log(fit.rows.count.max(2) as f64)
+    let numbers = fit.hypothesis.free.iter().filter(|free| !is_noise(free.target)).count();
+    numbers as f64 * libm::log(fit.rows.count.max(2) as f64)
 }
 
 /// Structures that are kept as rivals, and by how much of the objective, for each sample, they may be behind the best one before a term is tried: a

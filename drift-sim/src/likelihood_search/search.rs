@@ -4,12 +4,12 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point, Target};
 use crate::estimate::likelihood::Data;
-use crate::physics::{Kind, Place, Term};
+use crate::physics::{Family, Kind, Place, Term};
 
 use super::decide::{Decision, cost_of, decide, independent_share};
 use super::options::Options;
 use super::prove::{Gained, gained};
-use super::rivals::{Field, Rival, Round, field};
+use super::rivals::{self, Field, Rival, Round, field};
 
 /// Steps of a fit without one of the terms.
 const REFIT_STEPS: usize = 10;
@@ -18,12 +18,17 @@ const REFIT_STEPS: usize = 10;
 const LEAST_INDEPENDENT: f64 = 0.6;
 const HOPELESS: f64 = 0.2;
 
+/// Late responses that a plant may have of its own.
+const OWN_LAGS: usize = 2;
+
 /// The search on one nominal fit.
 pub struct Search<'a> {
     /// The data.
     pub data: &'a Data,
     /// The numbers that decide.
     pub options: &'a Options,
+    /// Whether a late response is the plant's own: nothing tells how late it was.
+    pub is_plant_open: bool,
 }
 
 /// What speaks for a named term.
@@ -111,6 +116,9 @@ impl Search<'_> {
             let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
             let decision = decide(&next, self.options, self.options.least_share * strongest);
             why(&decision, next.rivals.first().map_or(&next.base, |best| &best.fit));
+            if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
+                break;
+            }
             let before = found.named.len();
             let set = std::mem::take(&mut found.set);
             self.take(&mut found, &next, decision);
@@ -139,6 +147,18 @@ impl Search<'_> {
             );
         }
         found
+    }
+
+    /// A field beside a plant to which the late responses belong that lead one after the other.
+    pub fn with_own_lags(&self, mut field: Field) -> Field {
+        for _ in 0..OWN_LAGS {
+            let decision = decide(&field, self.options, 0.0);
+            let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
+            let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
+            let Some(next) = rivals::field(&base, self.data, Round::First) else { break };
+            field = next;
+        }
+        field
     }
 
     /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.
@@ -283,6 +303,23 @@ fn without(fit: &Fit, index: usize, data: &Data) -> Option<Fit> {
     Some(without)
 }
 
+/// A fit whose last candidate is part of the loop, at its numbers.
+pub fn with_last_stated(fit: &Fit, data: &Data) -> Option<Fit> {
+    let mut hypothesis = fit.hypothesis.clone();
+    let last = hypothesis.candidates().len().checked_sub(1)?;
+    let own = hypothesis.places_of(last);
+    let term = fit.hypothesis.realise(&fit.point)?.model.physics.pop()?;
+    *hypothesis.model.physics.last_mut()? = term;
+    hypothesis.stated += 1;
+    let is_kept = |i: &usize| !own.contains(i);
+    let kept: Vec<usize> = (0..hypothesis.free.len()).filter(is_kept).collect();
+    let x = kept.iter().filter_map(|i| fit.point.x.get(*i).copied()).collect();
+    hypothesis.free = kept.iter().filter_map(|i| fit.hypothesis.free.get(*i).cloned()).collect();
+    let mut onsets = fit.point.onsets.clone();
+    onsets.pop();
+    Fit::at(&hypothesis, &Point { x, onsets }, data)
+}
+
 /// A number's target once a term before it is gone.
 fn earlier(target: Target, gone: usize) -> Target {
     let one_less = |term: usize| if term > gone { term - 1 } else { term };
@@ -291,6 +328,12 @@ fn earlier(target: Target, gone: usize) -> Target {
         Target::Onset(term) => Target::Onset(one_less(term)),
         other => other,
     }
+}
+
+/// The rival that a decision names, where it is a late response.
+fn names_a_lag<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
+    let (place, _) = decision.named.as_ref()?;
+    field.rivals.get(*place).filter(|rival| rival.kind.family == Some(Family::Lag))
 }
 
 /// Part of the drive's variance that is u's.

@@ -237,9 +237,9 @@ const REFIT_LEAST: f64 = 0.5;
 /// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
 const TELLS: f64 = 0.3;
 
-/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it, or the part of the error without
-/// them that the named terms may leave there, where one of them gains this much in log-likelihood; and how many times that error they may leave
-/// anywhere.
+/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; or the part of the error without
+/// them that the named terms may leave there, where one of them gains this much in log-likelihood and y is simulated at all. And how many times that
+/// error they may leave anywhere.
 const LEAST_SIMULATED_PCT: f64 = 50.0;
 const CLOSER: f64 = 0.9;
 const STRONG: f64 = 50.0;
@@ -263,7 +263,9 @@ impl Diagnosis {
         let follows = !(is_guessed && is_open)
             || self.physics.iter().any(is_rounding)
             || after.y_pct > LEAST_SIMULATED_PCT
-            || (error(after) < CLOSER * error(before) && self.physics.iter().any(is_strong));
+            || (after.y_pct > 0.0
+                && error(after) < CLOSER * error(before)
+                && self.physics.iter().any(is_strong));
         follows && (self.physics.iter().all(is_noise) || error(after) < MOST_WORSE * error(before))
     }
 

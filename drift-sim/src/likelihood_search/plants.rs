@@ -133,16 +133,40 @@ fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Op
 fn begun(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<(usize, Fit)> {
     let longest = until.iter().max().copied().unwrap_or(0);
     let factor = (longest / ENOUGH).clamp(1, COARSEST);
+    let direction = direction(of);
     let of: Vec<Signals> = of.iter().map(|signals| signals.coarser(factor)).collect();
     let until: Vec<usize> = until.iter().map(|samples| samples / factor).collect();
     let model = Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() };
-    let plants = structures(&measure::scales(&model, &of)).into_par_iter().enumerate();
+    let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
+    let plants = structures(&measure::scales(&model, &of), &signs).into_par_iter().enumerate();
     plants
         .filter_map(|(i, plant)| {
             let fit = fitted(Loop { plant, ..model.clone() }, &of, &until, STEPS, options)?;
             Some((i % STRUCTURES, fit))
         })
         .collect()
+}
+
+/// Correlation of the changes of u with those of the error from which a law is taken to act on the error.
+const ACTS: f64 = 0.2;
+
+/// The sign of the plant's gain: that of the law's, for it holds the loop; 0 where u does not tell. Noise that the law feeds back looks like a
+/// plant of the other sign.
+fn direction(recordings: &[Signals]) -> f64 {
+    let (mut cross, mut of_u, mut of_e) = (0.0, 0.0, 0.0);
+    for signals in recordings {
+        let e: Vec<f64> = signals.r.iter().zip(&signals.y).map(|(r, y)| r - y).collect();
+        for (u, e) in signals.u.windows(2).zip(e.windows(2)) {
+            let (u, e) = (u[1] - u[0], e[1] - e[0]);
+            if e.is_finite() {
+                cross += u * e;
+                of_u += u * u;
+                of_e += e * e;
+            }
+        }
+    }
+    let correlation = cross / libm::sqrt(of_u * of_e).max(1e-300);
+    if correlation.abs() > ACTS { correlation.signum() } else { 0.0 }
 }
 
 /// A fit from a loop's plant and a load of middling size.
@@ -158,14 +182,15 @@ fn fitted(model: Loop, of: &[Signals], until: &[usize], steps: usize, options: &
 /// Structures that are tried.
 const STRUCTURES: usize = 6;
 
-/// Plants of each structure over their time constants, structure by structure in turn; gains follow from the sizes of u and y.
-fn structures(scales: &Scales) -> Vec<Plant> {
+/// Plants of each structure over their time constants and the signs of their gain, structure by structure in turn; gains follow from the sizes of u
+/// and y.
+fn structures(scales: &Scales, signs: &[f64]) -> Vec<Plant> {
     let ts = scales.sample_time_s;
     let shortest = SHORTEST_SAMPLES * ts;
     let longest = (LONGEST_PART * scales.duration_s).max(2.0 * shortest);
     let ratio = longest / shortest;
     let times = (0..TIMES).map(|i| shortest * libm::pow(ratio, i as f64 / (TIMES - 1) as f64));
-    let each = times.flat_map(|time| [(time, 1.0), (time, -1.0)]);
+    let each = times.flat_map(|time| signs.iter().map(move |sign| (time, *sign)));
     each.flat_map(|(time, sign)| of_time(scales, time, sign * scales.y / scales.u)).collect()
 }
 

@@ -106,28 +106,6 @@ fn concluded(
     let conclusion =
         Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
     let concluded = conclusion.diagnosis();
-    if std::env::var_os("WHY").is_some() {
-        eprintln!(
-            "WHY concluded {:?} {:?} simulates {} before {:?} after {:?} train {:?} {:?}",
-            concluded.verdict,
-            concluded
-                .physics
-                .iter()
-                .map(|n| (
-                    n.term.kind.name,
-                    n.term.parameters.clone(),
-                    n.term.onset_s,
-                    n.train_gain,
-                    n.holdout_errors
-                ))
-                .collect::<Vec<_>>(),
-            concluded.simulates(is_guessed),
-            concluded.holdout.before,
-            concluded.holdout.after,
-            concluded.train.before,
-            concluded.train.after
-        );
-    }
     let stands = is_noise && concluded.simulates(is_guessed);
     Some((concluded, stands))
 }
@@ -137,16 +115,6 @@ fn likeliest_with_physics(plants: Vec<Identified>, options: &Options) -> Option<
     let least = options.least_gain + options.margin;
     let sketched = plants.into_iter().filter_map(|plant| {
         let sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
-        if std::env::var_os("WHY").is_some() {
-            eprintln!(
-                "WHY plant {:?} nominal {:.1} cost {:.1} sketch {:.1} {:?}",
-                plant.nominal.hypothesis.realise(&plant.nominal.point).map(|r| r.model.plant),
-                plant.nominal.objective(),
-                plant.cost(),
-                sketch.least_objective(least),
-                sketch.top()
-            );
-        }
         Some((sketch.least_objective(least) + plant.cost(), plant, sketch))
     });
     let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -127,14 +127,6 @@ impl Sketch {
         self.short.iter().map(|(_, fit)| with(fit)).fold(self.seen.objective(), f64::min)
     }
 
-    pub fn top(&self) -> Vec<(&'static str, f64)> {
-        let mut t: Vec<_> =
-            self.short.iter().map(|(k, f)| (k.name, 0.5 * (self.seen.objective() - f.objective()))).collect();
-        t.sort_by(|a, b| b.1.total_cmp(&a.1));
-        t.truncate(6);
-        t
-    }
-
     /// The kinds that may be the one, fitted to the end on all of the data.
     pub fn finished(self, base: &Fit, data: &Data) -> Field {
         let gains: Vec<f64> =

@@ -106,7 +106,6 @@ impl Search<'_> {
             return Found { is_noise: false, ..self.nominal_only(first.base) };
         }
         let decision = decide(&first, self.options, 0.0);
-        why(&decision, likeliest);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let mut found = Found { rivals, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
@@ -115,7 +114,6 @@ impl Search<'_> {
             let Some(next) = field(&best, self.data, Round::Later) else { break };
             let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
             let decision = decide(&next, self.options, self.options.least_share * strongest);
-            why(&decision, next.rivals.first().map_or(&next.base, |best| &best.fit));
             if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
                 break;
             }
@@ -130,22 +128,7 @@ impl Search<'_> {
         }
         let best = found.best.as_ref().unwrap_or(&found.base);
         found.is_noise = independent_share(best) >= LEAST_INDEPENDENT;
-        if std::env::var_os("WHY").is_some() {
-            eprintln!(
-                "WHY before proof {:?} set {:?} proven {}",
-                found.named.iter().map(|c| (c.gain, c.tied.clone())).collect::<Vec<_>>(),
-                found.set,
-                found.is_proven
-            );
-        }
         self.prove(&mut found);
-        if std::env::var_os("WHY").is_some() {
-            eprintln!(
-                "WHY after proof {:?} set {:?}",
-                found.named.iter().map(|c| (c.gain, c.unseen)).collect::<Vec<_>>(),
-                found.set
-            );
-        }
         found
     }
 
@@ -193,9 +176,6 @@ impl Search<'_> {
                 };
                 let Some(without) = without else { continue };
                 let unseen = gained(&best, &without, self.data);
-                if std::env::var_os("WHY").is_some() {
-                    eprintln!("WHY unseen {index} {unseen:?} onset {:?}", best.point.onsets);
-                }
                 if let Some(choice) = found.named.get_mut(index) {
                     choice.unseen = unseen;
                     if best.hypothesis.candidates().len() > 1 {
@@ -342,26 +322,4 @@ fn predicted(fit: &Fit) -> f64 {
         hypothesis.place(target).and_then(|i| fit.point.x.get(i)).copied().unwrap_or(0.0)
     };
     1.0 / (1.0 + libm::exp(2.0 * at(&fit.hypothesis, Target::LoadSize)))
-}
-
-fn why(decision: &Decision, best: &Fit) {
-    if std::env::var_os("WHY").is_some() {
-        let top: Vec<_> =
-            decision.scored.iter().take(6).map(|s| (s.kind.name, s.gain.round(), s.score.round())).collect();
-        eprintln!(
-            "WHY share {:.3} set {:?} {:?}",
-            independent_share(best),
-            decision.set.iter().map(|k| k.name).collect::<Vec<_>>(),
-            top
-        );
-        eprintln!(
-            "WHY best {:?}",
-            best.hypothesis
-                .free
-                .iter()
-                .zip(&best.point.x)
-                .map(|(f, x)| (f.name.clone(), f.value(*x)))
-                .collect::<Vec<_>>()
-        );
-    }
 }

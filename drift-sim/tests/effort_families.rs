@@ -368,6 +368,9 @@ fn memory_on_seven_families() {
     }
 }
 
+/// The order chosen, false alarms on healthy windows, the delay to a load.
+type Outcome = (u8, usize, usize);
+
 /// What calibrations from few windows choose, promise and find: means of eight of each length.
 #[test]
 #[ignore = "half a minute of simulations, in release"]
@@ -396,7 +399,7 @@ fn memory_after_short_calibrations() {
                 (of(Some(0)), of(None))
             };
             let all: Vec<_> = (0..8u64).into_par_iter().map(each).collect();
-            let mean = |of: &dyn Fn(&((u8, usize, usize), (u8, usize, usize))) -> usize| {
+            let mean = |of: &dyn Fn(&(Outcome, Outcome)) -> usize| {
                 all.iter().map(of).sum::<usize>() as f64 / all.len() as f64
             };
             let orders: Vec<String> = all.iter().map(|(_, chosen)| chosen.0.to_string()).collect();

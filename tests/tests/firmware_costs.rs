@@ -46,7 +46,8 @@ fn the_book_s_cost_table_is_the_measured_one() {
         let line = format!("| {} |", cells.join(" | "));
         assert!(book.contains(&line), "docs/firmware.md lacks this row of measure's table:\n{line}");
         let worst = row["tick_worst"].as_object().expect("stretches");
-        let all = ["healthy", "disturbance", "drift", "gaps", "limits", "steps", "manual"].map(|s| worst[s].to_string());
+        let all = ["healthy", "disturbance", "drift", "gaps", "limits", "steps", "manual"]
+            .map(|s| worst[s].to_string());
         let line = format!("| {} | {} | {} |", cells[0], cells[1], all.join(" | "));
         assert!(book.contains(&line), "docs/firmware.md lacks this row of the worst ticks:\n{line}");
     }
@@ -60,12 +61,17 @@ fn the_book_s_goals_say_what_was_reached() {
     const GOALS: [Goal; 4] = [
         ("thumbv7em-none-eabihf", "smallest: pair f32, CUSUM, known baseline", [1950.0, 400.0, 22.0, 112.0]),
         ("thumbv7em-none-eabihf", "pair f32, CUSUM, curve, 16 blocks", [2600.0, 750.0, 24.0, 224.0]),
-        ("thumbv7em-none-eabihf", "all f32, 3 channels, 4 detectors, 8 blocks", [6144.0, 2600.0, 75.0, 768.0]),
+        (
+            "thumbv7em-none-eabihf",
+            "all f32, 3 channels, 4 detectors, 8 blocks",
+            [6144.0, 2600.0, 75.0, 768.0],
+        ),
         ("thumbv6m-none-eabi", "pair i32, CUSUM, curve, 8 blocks", [4096.0, 9000.0, 96.0, 232.0]),
     ];
     let (book, rows) = (read("docs/firmware.md"), figures());
     for (target, config, asked) in GOALS {
-        let row = rows.iter().find(|r| r["target"] == target && r["config"] == config).expect("a measured row");
+        let row =
+            rows.iter().find(|r| r["target"] == target && r["config"] == config).expect("a measured row");
         let cell = |(key, asked): (&str, f64)| {
             let reached = row[key].as_f64().expect("a number");
             let shown = if key == "tick_mean" { format!("{reached:.1}") } else { format!("{reached}") };

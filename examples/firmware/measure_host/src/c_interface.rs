@@ -20,6 +20,7 @@ pub fn check() -> Result<()> {
     let on_host = host()?;
     for triple in BUILD.iter().filter(|t| t.starts_with("thumb")) {
         let archive = archive(triple)?;
+        check_symbols(&archive)?;
         println!("archive   {}: only drift_ symbols, no panic", archive.display());
     }
     for target in [M4F, M3, M0] {
@@ -96,23 +97,9 @@ fn generated_configuration() -> Result<()> {
     Ok(())
 }
 
-fn build(triple: Option<&str>) -> Result<PathBuf> {
-    let folder = target_dir().join("c");
-    let mut command = Command::new("cargo");
-    // As the static library alone: beside the library that its tests link, it would not be optimised as a whole.
-    command.args(["rustc", "--quiet", "--release", "--lib", "--crate-type", "staticlib"]);
-    command.args(["--manifest-path", &format!("{CRATE}/Cargo.toml")]);
-    command.arg("--target-dir").arg(&folder);
-    if let Some(triple) = triple {
-        command.args(["--target", triple]);
-    }
-    run(&mut command)?;
-    Ok(triple.map_or(folder.clone(), |t| folder.join(t)).join("release"))
-}
-
 /// The program under AddressSanitizer and UBSan; what it printed.
 fn host() -> Result<String> {
-    let library = build(None)?.join("libdrift_c.a");
+    let library = archive("host")?;
     let program = target_dir().join("c/pi_loop_host");
     run(Command::new("cc")
         .args(WARNINGS)
@@ -126,21 +113,21 @@ fn host() -> Result<String> {
     Ok(printed)
 }
 
-/// An archive that holds our object alone: a default static library would replace the firmware's own float and
-/// memory routines by Rust's.
+/// The archive as the documented command makes it. Of a target without an operating system it holds our object alone: a
+/// default static library would replace the firmware's own float and memory routines by Rust's.
 fn archive(triple: &str) -> Result<PathBuf> {
-    let folder = build(Some(triple))?;
-    let members = run(Command::new("arm-none-eabi-ar").arg("t").arg(folder.join("libdrift_c.a")))?;
-    let members = String::from_utf8(members)?;
-    let ours: Vec<&str> = members.lines().filter(|m| m.starts_with("drift_c")).collect();
-    if ours.is_empty() {
-        bail!("{triple}: no object of ours in the archive");
-    }
-    run(Command::new("arm-none-eabi-ar").arg("x").arg("libdrift_c.a").args(&ours).current_dir(&folder))?;
-    let _ = std::fs::remove_file(folder.join("libdrift.a"));
-    run(Command::new("arm-none-eabi-ar").arg("crs").arg("libdrift.a").args(&ours).current_dir(&folder))?;
-    let archive = folder.join("libdrift.a");
-    let symbols = run(Command::new("arm-none-eabi-nm").arg("-g").arg(&archive))?;
+    let build = target_dir().join("c");
+    let archive = build.join(triple).join("release/libdrift.a");
+    let given = |name: &str, path: &Path| format!("-D{name}={}", path.display());
+    run(Command::new("cmake")
+        .args([&format!("-DTRIPLE={triple}"), &given("OUT", &archive), &given("BUILD", &build)])
+        .args(["-P", &format!("{CRATE}/cmake/archive.cmake")]))?;
+    Ok(archive)
+}
+
+/// Only our names are in it, and no panic.
+fn check_symbols(archive: &Path) -> Result<()> {
+    let symbols = run(Command::new("arm-none-eabi-nm").arg("-g").arg(archive))?;
     for line in String::from_utf8(symbols)?.lines() {
         let words: Vec<&str> = line.split_whitespace().collect();
         let (kind, name) = match words.as_slice() {
@@ -152,7 +139,7 @@ fn archive(triple: &str) -> Result<PathBuf> {
             bail!("{}: symbol {kind} {name}", archive.display());
         }
     }
-    Ok(archive)
+    Ok(())
 }
 
 /// Linked with newlib and run; what it printed.

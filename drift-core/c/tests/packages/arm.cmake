@@ -1,0 +1,6 @@
+# -DCORE=FLAGS: the compiler's flags for the core.
+set(CMAKE_SYSTEM_NAME Generic)
+set(CMAKE_C_COMPILER arm-none-eabi-gcc)
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CORE)
+set(CMAKE_C_FLAGS_INIT "${CORE}")

@@ -97,7 +97,19 @@ impl ChannelChart {
         if self.verdicts.last().is_none_or(|last| last.1 != said) && self.verdicts.len() < CHANGES {
             self.verdicts.push((begin_s, said));
         }
-        self.add_to_plane(f64::from(report.x), f64::from(report.value), said);
+        let x = f64::from(report.x);
+        self.add_to_plane(x, self.on_plane(x, report), said);
+    }
+
+    /// The value beside its line: where the relation remembers earlier windows or a measured operating point, less what these carry.
+    fn on_plane(&self, x: f64, report: &drift_core::ChannelReport) -> f64 {
+        let baseline = &self.channel.baseline;
+        let residual = f64::from(report.residual);
+        if self.learned() && (residual.is_finite() || self.channel.memory.order > 0) {
+            f64::from(baseline.b0) + f64::from(baseline.b1) * x + residual
+        } else {
+            f64::from(report.value)
+        }
     }
 
     /// The CUSUM's two sums as a chart should show them: where one has alarmed and begun anew, with what it had reached.

@@ -114,7 +114,8 @@ impl Drawing<'_> {
         };
         let kind = moved.map(|course| course.kind).or_else(farthest)?;
         let channel = self.chart.channels.iter().find(|c| c.channel.kind == kind)?;
-        let mut layers = self.healthy_band(channel);
+        // Two shades over each other are a third colour.
+        let mut layers = if moved.is_some() { Vec::new() } else { self.healthy_band(channel) };
         layers.extend(self.residual(channel).into_iter().filter(|l| !matches!(l, Layer::Points { .. })));
         let first =
             self.summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind).map(|c| c.alarm_s);

@@ -10,6 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 
 use super::Colour;
+use crate::report::escape;
 use crate::{Error, Result};
 
 /// Units of the sheet to a px.
@@ -58,8 +59,18 @@ fn refused(e: impl std::fmt::Display) -> Error {
     Error::new(format!("the chart can't be drawn: {e}"))
 }
 
+/// What a sheet says to those who can't see it.
+pub(super) struct Spoken {
+    pub title: String,
+    pub description: String,
+}
+
 /// Draws on a white sheet of this size, px, and hands back the SVG.
-pub(super) fn sheet(width: f64, height: f64, draw: impl FnOnce(&Canvas) -> Result<()>) -> Result<String> {
+pub(super) fn sheet(
+    (width, height): (f64, f64),
+    spoken: &Spoken,
+    draw: impl FnOnce(&Canvas) -> Result<()>,
+) -> Result<String> {
     let mut svg = String::new();
     let size = (units(width).unsigned_abs(), units(height).unsigned_abs());
     {
@@ -70,12 +81,17 @@ pub(super) fn sheet(width: f64, height: f64, draw: impl FnOnce(&Canvas) -> Resul
         canvas.area.present().map_err(refused)?;
     }
     let large = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
-    let shown = format!("width=\"{width}\" height=\"{height}\" stroke-linejoin=\"round\" viewBox");
-    // Quotes in text are escaped: neither can be met in a title.
+    let shown =
+        format!("width=\"{width}\" height=\"{height}\" role=\"img\" stroke-linejoin=\"round\" viewBox");
+    // Quotes in text are escaped: none of these can be met in a title.
     let broken = format!("stroke-width=\"{BROKEN}\"");
     let dashes =
         format!("stroke-width=\"{}\" stroke-dasharray=\"{} {}\"", units(1.5), units(6.0), units(4.0));
-    Ok(svg.replacen(&large, &shown, 1).replace(&broken, &dashes))
+    let svg = svg.replacen(&large, &shown, 1).replace(&broken, &dashes);
+    let (title, description) = (escape::text(&spoken.title), escape::text(&spoken.description));
+    let Some(at) = svg.find('>') else { return Ok(svg) };
+    let (open, rest) = svg.split_at(at + 1);
+    Ok(format!("{open}\n<title>{title}</title>\n<desc>{description}</desc>{rest}"))
 }
 
 impl Canvas<'_> {
@@ -124,6 +140,6 @@ impl Canvas<'_> {
 }
 
 /// About how wide text is, px. The reader's font isn't known here; this is a little more than most need.
-pub(super) fn text_width(text: &str, size_px: f64) -> f64 {
+pub(crate) fn text_width(text: &str, size_px: f64) -> f64 {
     text.chars().map(|c| if "il.,:;|!'()[] ".contains(c) { 0.36 } else { 0.62 }).sum::<f64>() * size_px
 }

@@ -1,7 +1,7 @@
 //! Draws a figure: axes first, then shades, then the rest in its order.
 
 use super::axis::Axis;
-use super::canvas::{Align, Canvas, Stroke, sheet};
+use super::canvas::{Align, Canvas, Spoken, Stroke, sheet};
 use super::layout::{Frame, LABEL_PX, Place, TICK_PX, TITLE_PX, arrange, frame_width, title_at, widest};
 use super::{Colour, Figure, Layer, Marker, Panel, legend, thin};
 use crate::Result;
@@ -22,7 +22,8 @@ pub(super) fn figure(figure: &Figure) -> Result<String> {
     let strips: Vec<usize> =
         figure.panels.iter().zip(widths).map(|(panel, width)| legend::strips(panel, width)).collect();
     let arranged = arrange(figure, &strips, &y_ticks);
-    sheet(arranged.width, arranged.height, |canvas| {
+    let spoken = Spoken { title: figure.says(), description: figure.description() };
+    sheet((arranged.width, arranged.height), &spoken, |canvas| {
         if !figure.title.is_empty() {
             canvas.text(&figure.title, title_at(figure), TITLE_PX, Align::Middle, true)?;
         }

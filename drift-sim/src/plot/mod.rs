@@ -15,6 +15,7 @@ mod thin;
 use std::path::Path;
 
 pub(crate) use axis::Axis;
+pub(crate) use canvas::text_width;
 
 use crate::{Result, output};
 
@@ -258,6 +259,14 @@ pub struct Panel {
     pub legend: LegendPosition,
 }
 
+impl Panel {
+    /// Its title, and what its y axis is.
+    fn says(&self) -> String {
+        let what = [self.title.as_str(), self.y_label.as_str()];
+        what.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// Panels under a title.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
@@ -304,7 +313,37 @@ impl Figure {
         Self { panels: vec![panel], panel_height_px: 400, ..Self::default() }
     }
 
-    /// The chart as SVG text.
+    /// What it shows, for those who can't see it: its axes and the names of its lines.
+    pub fn description(&self) -> String {
+        let of = |panel: &Panel| {
+            let mut names: Vec<&str> = Vec::new();
+            for name in panel.layers.iter().map(Layer::name).filter(|name| !name.is_empty()) {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+            let what = panel.says();
+            match (what.is_empty(), names.is_empty()) {
+                (false, false) => format!("{what}: {}", names.join(", ")),
+                (true, _) => names.join(", "),
+                (_, true) => what,
+            }
+        };
+        self.panels.iter().map(of).filter(|text| !text.is_empty()).collect::<Vec<_>>().join(". ")
+    }
+
+    /// Its title; of a figure without one, what its panels show.
+    pub(crate) fn says(&self) -> String {
+        if !self.title.is_empty() {
+            return self.title.clone();
+        }
+        let mut panels: Vec<String> =
+            self.panels.iter().map(Panel::says).filter(|text| !text.is_empty()).collect();
+        panels.dedup();
+        panels.join("; ")
+    }
+
+    /// The chart as SVG text, with a title and a description in it.
     ///
     /// # Errors
     /// It can't be drawn, which no figure is known to cause.

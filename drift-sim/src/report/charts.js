@@ -259,7 +259,8 @@
       if (!layer.name || seen.has(look)) continue;
       seen.add(look);
       const entry = element("span", legend, { innerHTML: swatch(layer), title: layer.name });
-      if (!known.has(look)) entry.append(layer.name);
+      // What is named over another panel shows again only beside its value.
+      if (known.has(look)) entry.className = "again"; else entry.append(layer.name);
       known.add(look);
       const line = lines.find((l) => l.layer === layer);
       if (line) values.push({ index: line.index, place: element("span", entry, { className: "value" }) });

@@ -1,7 +1,7 @@
 //! The one place where text becomes part of a page.
 
 /// Text as it may stand between tags and in quoted attributes. Control characters, which HTML forbids, become spaces.
-pub(super) fn text(text: &str) -> String {
+pub(crate) fn text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

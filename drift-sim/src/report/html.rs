@@ -104,7 +104,7 @@ impl Writer {
 
     /// The picture for a wide page and for a narrow one; the style sheet shows one of them.
     fn proof(&mut self, proof: &Proof) {
-        let described = format!("{} {}", picture::description(&proof.figure), proof.caption);
+        let described = format!("{} {}", proof.figure.description(), proof.caption);
         self.body.push_str("<figure class=\"proof\">");
         for (size, class, id) in [(picture::WIDE, "broad", "pw"), (picture::NARROW, "slim", "pn")] {
             let svg = picture::svg(&proof.figure, size, id, &proof.title, &described);
@@ -217,7 +217,7 @@ impl Writer {
         let title = caption.split_inclusive(". ").next().unwrap_or_default();
         let size =
             picture::Size { panel_height: f64::from(figure.panel_height_px).min(300.0), ..picture::WIDE };
-        picture::svg(figure, size, &format!("q{}", self.stills), title.trim(), &picture::description(figure))
+        picture::svg(figure, size, &format!("q{}", self.stills), title.trim(), &figure.description())
     }
 
     fn whole(self, page: &Page) -> String {

@@ -6,7 +6,7 @@
 
 mod chart_data;
 mod command_line;
-mod escape;
+pub(crate) mod escape;
 mod html;
 mod picture;
 mod plane;

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use super::{chart_data, escape};
-use crate::plot::{Axis, Figure, Layer, Marker, Panel};
+use crate::plot::{Axis, Figure, Layer, Marker, Panel, text_width};
 
 /// What is drawn, and how wide.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +26,7 @@ pub(super) const NARROW: Size = Size { width: 376.0, panel_height: 150.0, text: 
 const GAP: f64 = 16.0;
 /// Room for another point right of the frame, px.
 const RIGHT: f64 = 12.0;
-/// Mean width of a letter over its height.
+/// Mean width of a digit or a letter over its height.
 const LETTER: f64 = 0.58;
 
 /// The figure as SVG; `id` sets it apart from all others on the page.
@@ -65,22 +65,6 @@ pub(super) fn svg(figure: &Figure, size: Size, id: &str, title: &str, descriptio
         px(size.width),
         px(y)
     )
-}
-
-/// What a figure shows, for those who can't see it: its axes and the names of its lines.
-pub(super) fn description(figure: &Figure) -> String {
-    let of = |panel: &Panel| {
-        let mut names: Vec<&str> = Vec::new();
-        for name in panel.layers.iter().map(Layer::name).filter(|name| !name.is_empty()) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        let what = [panel.title.as_str(), panel.y_label.as_str()];
-        let what: Vec<&str> = what.into_iter().filter(|text| !text.is_empty()).collect();
-        format!("{}: {}", what.join(", "), names.join(", "))
-    };
-    figure.panels.iter().map(of).collect::<Vec<_>>().join(". ")
 }
 
 /// Room for the numbers beside a panel, px.
@@ -181,7 +165,7 @@ impl Pen {
         let mut seen: Vec<(&str, &str)> = Vec::new();
         let mut place = |words: &str, swatch: f64| {
             let bold = if swatch == 0.0 { 1.1 } else { 1.0 };
-            let length = swatch + bold * LETTER * text * words.chars().count() as f64;
+            let length = swatch + bold * text_width(words, text);
             if x > frame.x && x + length > frame.x + frame.width {
                 (x, y) = (frame.x, y + row);
             }
@@ -327,7 +311,7 @@ fn x_axis(panels: &[&Panel], size: Size, width: f64) -> Axis {
         panels.iter().flat_map(|p| &p.layers).any(|l| matches!(l, Layer::Points { .. } | Layer::Bars { .. }));
     let lines = panels.iter().flat_map(|p| &p.layers).any(|l| matches!(l, Layer::Line { .. }));
     let dates = first.is_some_and(|p| p.x_dates);
-    let letters = if dates { 14.0 } else { 9.0 };
+    let letters = if dates { 14.0 } else { 7.0 };
     let count = (width / (letters * size.text)).clamp(2.0, 10.0) as usize;
     let pad = if apart && !lines { 0.03 } else { 0.0 };
     let axis = Axis::over(values, wanted, first.is_some_and(|p| p.x_log), pad, count);
@@ -433,7 +417,7 @@ mod tests {
     #[test]
     fn every_picture_says_what_it_shows_and_stays_small() {
         for size in [WIDE, NARROW] {
-            let svg = svg(&figure(), size, "p0", "u & its limits", &description(&figure()));
+            let svg = svg(&figure(), size, "p0", "u & its limits", &figure().description());
             assert!(svg.contains("<title id=\"p0t\">u &amp; its limits</title>"), "{svg}");
             assert!(svg.contains("<desc id=\"p0d\">u / V: measured &lt;u&gt;. e / V: limit</desc>"));
             assert!(svg.contains(">t / s</text>") && svg.contains("aria-labelledby=\"p0t p0d\""));

@@ -48,6 +48,14 @@ pub fn axis_names(kind: ChannelKind) -> (&'static str, &'static str) {
 /// The plane of one channel. Bands are drawn where it has a baseline.
 pub fn plane(channel: &Channel, clouds: Vec<Cloud>, moved: &[Moved]) -> Panel {
     let (x_label, y_label) = axis_names(channel.kind);
+    // Such a relation is a line only of what these leave.
+    let less = match (channel.memory.order > 0, channel.operating_point.counts()) {
+        (false, false) => "",
+        (true, false) => ", less what earlier windows carry over",
+        (false, true) => ", less what the operating point adds",
+        (true, true) => ", less what earlier windows and the operating point add",
+    };
+    let y_label = format!("{y_label}{less}");
     let baseline = &channel.baseline;
     let mut layers = Vec::new();
     let range = x_range(baseline, &clouds);
@@ -81,7 +89,7 @@ pub fn plane(channel: &Channel, clouds: Vec<Cloud>, moved: &[Moved]) -> Panel {
     Panel {
         title: channel.kind.name().replace('_', " "),
         x_label: x_label.into(),
-        y_label: y_label.into(),
+        y_label,
         layers,
         ..Panel::default()
     }

@@ -55,6 +55,7 @@ pub mod reference;
 pub mod report;
 pub mod sentences;
 pub mod simulate;
+pub mod stage;
 pub mod terminal;
 
 pub use error::{Error, Result};

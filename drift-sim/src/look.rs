@@ -51,10 +51,28 @@ fn write_screen(out: &mut String, seen: &Overview, next: &str, terminal: &Termin
             item(out, "limit", &format!("u stays at its {what} value, {}: {of}", short(value)))?;
         }
     }
+    if let Some(lacks) = &seen.lacks {
+        item(out, "but", lacks)?;
+        return writeln!(out, "\nnext: drift look {} --columns {}", without_columns(next), seen.example);
+    }
     if let Some(Err(error)) = &seen.sampling {
         item(out, "but", &error.to_string())?;
     }
     writeln!(out, "\nnext: drift init {} -o loop.toml", next_arguments(seen, next))
+}
+
+/// What was typed, without the columns that it named.
+fn without_columns(typed: &str) -> String {
+    let mut words = typed.split(' ');
+    let mut kept = Vec::new();
+    while let Some(word) = words.next() {
+        match word {
+            "--columns" => drop(words.next()),
+            word if word.starts_with("--columns=") => {}
+            word => kept.push(word),
+        }
+    }
+    kept.join(" ")
 }
 
 /// What reads the recording: with a step to resample by where its rows are uneven.
@@ -111,10 +129,9 @@ fn chart(out: &mut String, name: &str, values: &[f64], terminal: &Terminal) -> s
     let (low, high) = range(values);
     let missing = values.iter().filter(|value| value.is_nan()).count();
     if missing == values.len() {
-        let taken = if name == "r" {
-            "not recorded: the controller is taken to hold one value"
-        } else {
-            "not recorded"
+        let taken = match name {
+            "r" => "not recorded: the controller is taken to hold one value",
+            _ => "no column: say which one it is, as below",
         };
         return item(out, name, taken, terminal);
     }

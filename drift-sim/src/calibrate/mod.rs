@@ -48,6 +48,7 @@ use drift_core::{
 
 use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samples, Statistics, Timing};
 use crate::recording::{Recording, RowState};
+use crate::stage;
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
 pub use detector::DetectorChoice;
@@ -248,6 +249,7 @@ pub struct Calibration {
 pub fn calibrate(recordings: &[Signals<'_>], options: &Options) -> Result<Calibration> {
     options.check()?;
     check_recordings(recordings)?;
+    stage::begins("the windows", 0);
     let timing = timing::choose(recordings, options)?;
     let names = recordings.iter().map(|r| r.name.to_owned()).collect();
     let file = unlearned(names, options, timing.timing)?;
@@ -281,6 +283,7 @@ fn from_windows(
             .allowed(format!("{LEAST_WINDOWS} or more: a longer recording or a shorter window")));
     }
     let overlap = usize::from(file.timing.window_blocks).div_ceil(usize::from(file.timing.hop_blocks));
+    stage::begins("the healthy lines", 0);
     let (mut channels, mut without_x) = (Vec::new(), Vec::new());
     operating_point::check_variation(&windows, &options.operating_point)?;
     let relations = [0, 1, 2].map(|position: usize| match (options.channels[position], position) {
@@ -324,6 +327,7 @@ fn from_windows(
         return Err(Error::new("x does not vary in any channel: there is no line to judge by")
             .allowed("recordings in which the loop does something, or other --channels"));
     }
+    stage::begins("thresholds", 0);
     let cost = promise::set_thresholds(&mut channels, &windows, options, &file, overlap)?;
     finish(&mut file, &channels, options, n);
     let warnings = warnings::collect(&file, &channels, &without_x, &timing, windows.invalid);

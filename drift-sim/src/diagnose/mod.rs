@@ -55,6 +55,7 @@ use crate::controller::Controller;
 use crate::likelihood_search::{self, Judged, options::Options};
 use crate::physics::{Place, Term};
 use crate::plant::Plant;
+use crate::stage;
 use controller_replay::ControllerReplay;
 use locate::{Dependence, MismatchSpan};
 use missing_drive::MissingDrive;
@@ -269,6 +270,7 @@ fn diagnose_beside(
     event_gain: f64,
 ) -> Result<Diagnosis> {
     let all = recording.len();
+    stage::begins("the search by prediction error", 0);
     let (recording, holdout) = (recording.part(0, MOST_SAMPLES), holdout.map(|h| h.part(0, MOST_SAMPLES)));
     let found = diagnose_all(&recording, holdout.as_ref(), nominal, event_gain)?;
     Ok(Diagnosis { not_used: all - recording.len(), ..found })

@@ -12,11 +12,12 @@ use std::path::Path;
 use crate::calibrate::{Options, Signals as WindowSignals, timing};
 use crate::control_loop::{Loop, Sensor};
 use crate::controller::Controller;
-use crate::estimate::law_replay::TOLERANCE;
+use crate::estimate::law_replay::{TOLERANCE, replay};
 use crate::estimate::signals::{Signals, deviation};
 use crate::physics::Units;
 use crate::plant::Plant;
 use crate::recording::Recording;
+use crate::stage;
 use crate::{Error, Result};
 
 /// A proposed loop and why it is as it is.
@@ -79,7 +80,12 @@ pub fn propose(recording: &Recording) -> Result<Proposal> {
         window_s: None,
     };
     proposal.say_how_it_was_sampled(recording);
-    proposal.find_controller(&signals);
+    stage::begins("the control law", 0);
+    match &recording.stated_law {
+        Some(law) => proposal.take_stated(law, &signals),
+        None => proposal.find_controller(&signals),
+    }
+    stage::begins("the plant", 0);
     proposal.find_plant(&signals);
     proposal.find_window(recording);
     Ok(proposal)
@@ -103,6 +109,25 @@ impl Proposal {
         if deviation(&recording.r) == 0.0 {
             self.about_loop
                 .push("r never changes: only disturbances move this loop, so the plant is less sure.".into());
+        }
+    }
+
+    /// The law that the recording states itself, and how far its replay misses u.
+    fn take_stated(&mut self, law: &Controller, signals: &Signals) {
+        self.model.controller = law.clone();
+        let about = &mut self.about_controller;
+        about.push("The recording states this law and its limits.".into());
+        let Some(replay) = replay(&self.model, signals) else { return };
+        about.push(format!(
+            "Replayed on r and y it misses u by {} of its deviation.",
+            percent(replay.relative)
+        ));
+        if replay.relative > TOLERANCE {
+            about.push(format!(
+                "That is more than {}: the controller takes more steps than the recording has rows, or differs from what is stated; \
+                 kind = \"recorded\" takes u as it is.",
+                percent(TOLERANCE)
+            ));
         }
     }
 

@@ -37,6 +37,7 @@ use crate::estimate::signals::{Signals, deviation, held};
 use crate::physics::{Place, Starts, Term};
 use crate::plant::Role;
 use crate::simulate::Trace;
+use crate::stage;
 use decide::is_physical;
 use excitation::Shows;
 use law::Law;
@@ -79,10 +80,12 @@ fn concluded(
     options: &Options,
 ) -> Option<(Diagnosis, bool)> {
     let parts = Parts::new(recording, holdout, options);
+    stage::begins("the control law", 0);
     let law = law::examine(nominal, &parts.recordings);
     if law.is_another {
         return None;
     }
+    stage::begins("the plant's own numbers", 0);
     let plants = plants::likeliest(&law.model, &parts.recordings, &parts.fitted, healthy, options);
     let is_guessed = plants.first()?.is_guessed;
     let is_plant_open = is_guessed && healthy.is_empty();
@@ -103,6 +106,7 @@ fn concluded(
     };
     let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
     let is_noise = result.is_noise && !is_coarse;
+    stage::begins("intervals and proof", 0);
     let conclusion =
         Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
     let concluded = conclusion.diagnosis();

@@ -6,6 +6,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::physics::{KINDS, Kind, Place, Starts};
+use crate::stage;
 
 use super::decide::cost_of;
 use super::nominal;
@@ -111,9 +112,14 @@ impl Sketch {
             .filter_map(|fit| Base::new(fit, screening))
             .collect();
         let must_promise = matches!(round, Round::Later);
+        stage::begins("every kind of physics, at a glance", kinds.len());
         let short = kinds
             .par_iter()
-            .filter_map(|kind| Some((*kind, short_fit(&bases, kind, screening, must_promise)?)))
+            .filter_map(|kind| {
+                let fit = short_fit(&bases, kind, screening, must_promise);
+                stage::step();
+                Some((*kind, fit?))
+            })
             .collect();
         let short = second_round(short, &seen, screening);
         Some(Self { seen, short })
@@ -132,6 +138,7 @@ impl Sketch {
         let gains: Vec<f64> =
             self.short.iter().map(|(_, fit)| 0.5 * (self.seen.objective() - fit.objective())).collect();
         let top = gains.iter().copied().fold(0.0, f64::max);
+        stage::begins("every kind of physics, to the end", self.short.len());
         let rivals: Vec<Rival> = self
             .short
             .into_par_iter()
@@ -142,6 +149,7 @@ impl Sketch {
                 if ended {
                     to_the_end(&mut whole, kind, data);
                 }
+                stage::step();
                 Some(Rival { kind, fit: whole, ended })
             })
             .collect();

@@ -14,14 +14,28 @@ pub(super) struct Choice {
     /// The date, where the column of time holds the time of the day alone.
     pub date: Option<usize>,
     pub r: Reference,
-    pub y: usize,
-    pub u: usize,
+    /// Absent only where the options allow it.
+    pub y: Option<usize>,
+    pub u: Option<usize>,
     pub when: Vec<(usize, When)>,
     pub extra: Vec<Extra>,
     /// The same by name.
     pub columns: ColumnMap,
     /// What was guessed, in words.
     pub notes: Vec<String>,
+    /// What the file lacks, and `--columns` as it could be; where the options allow that.
+    pub lacks: Option<Lack>,
+    /// The column of a mode, whose codes may be numbers, and the note on its words.
+    pub mode: Option<(usize, String)>,
+}
+
+/// A signal that no column seems to be.
+#[derive(Debug, Clone)]
+pub(super) struct Lack {
+    /// In one line.
+    pub says: String,
+    /// An example of `--columns` for this file.
+    pub example: String,
 }
 
 /// Where the reference comes from.
@@ -201,8 +215,17 @@ impl Choice {
             }
         };
         let r = if map.r.is_empty() { None } else { place(1)? };
-        let y = place(2)?.ok_or_else(|| names.missing(2))?;
-        let u = place(3)?.ok_or_else(|| names.missing(3))?;
+        let mut lacks = None;
+        let mut needed = |signal: usize| match place(signal)? {
+            Some(index) => Ok(Some(index)),
+            None if options.incomplete => {
+                let error = names.missing(signal);
+                lacks.get_or_insert_with(|| Lack { says: error.to_string(), example: names.example(signal) });
+                Ok(None)
+            }
+            None => Err(names.missing(signal)),
+        };
+        let (y, u) = (needed(2)?, needed(3)?);
         let mut notes = Vec::new();
         if !guessed.is_empty() {
             let guessed = guessed.join(", ");
@@ -211,14 +234,13 @@ impl Choice {
         let chosen = ColumnMap {
             t: t.map(|t| columns[t].clone()),
             r: r.map_or_else(String::new, |r| columns[r].clone()),
-            y: columns[y].clone(),
-            u: columns[u].clone(),
+            y: y.map_or_else(String::new, |y| columns[y].clone()),
+            u: u.map_or_else(String::new, |u| columns[u].clone()),
             is_named: map.is_named,
         };
         let date = names.date.filter(|_| t.is_some());
         let r = r.map_or(Reference::Absent, Reference::Column);
-        let mut choice =
-            Self { t, date, r, y, u, when: Vec::new(), extra: Vec::new(), columns: chosen, notes };
+        let mut choice = Self { t, date, r, y, u, lacks, columns: chosen, notes, ..Self::default() };
         choice.find_conditions(&names)?;
         for name in &options.extra {
             let index = names.place(name).ok_or_else(|| no_column(name, "a further signal", columns))?;
@@ -247,11 +269,16 @@ impl Choice {
             let Some((when, plain)) = status else { continue };
             let example = format!("{name}={}", When::closed_value(plain));
             let example = if example.contains(' ') { format!("\"{example}\"") } else { example };
-            self.notes.push(format!(
+            let note = format!(
                 "rows where '{name}' says that the loop is not closed or the value is bad don't count (--when {example} or \
                  --when always says otherwise)"
-            ));
+            );
             self.when.push((index, when));
+            if self.mode.is_none() && When::may_be_a_code(plain) {
+                self.mode = Some((index, note));
+            } else {
+                self.notes.push(note);
+            }
         }
         Ok(())
     }
@@ -262,7 +289,7 @@ impl Choice {
             Reference::Column(r) => Some(r),
             Reference::Absent => None,
         };
-        [self.y, self.u].into_iter().chain(r).chain(self.t).chain(self.date).collect()
+        [self.y, self.u, r, self.t, self.date].into_iter().flatten().collect()
     }
 
     /// Whether each of so many columns is read at all.

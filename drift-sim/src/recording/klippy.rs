@@ -11,6 +11,7 @@ use super::decimal::DecimalMark;
 use super::records::{Record, Records};
 use super::text_rows::{Header, TextRows};
 use super::{ColumnMap, Quality, ReadOptions};
+use crate::controller::{Controller, Limits, Pid};
 use crate::{Error, Result};
 
 const STATS: &[u8] = b"Stats ";
@@ -67,7 +68,8 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
             names.join(", ")
         ));
     }
-    notes.extend(log.law(&heater));
+    let law = log.law(&heater);
+    notes.extend(log.says_of_the_law(&heater, law));
     let mut names = vec!["time".to_owned()];
     for heater in heaters {
         names.extend(["target", "temp", "pwm"].map(|what| format!("{heater}.{what}")));
@@ -81,6 +83,7 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
         line: 0,
         last_s: f64::NAN,
         notes,
+        law: law.map(Controller::Pid),
     };
     TextRows::new(records, Header { names, units: Vec::new(), mark: DecimalMark::Point }, &options)
 }
@@ -120,20 +123,38 @@ impl Log {
         log
     }
 
+    fn get(&self, heater: &str, key: &str) -> Option<&str> {
+        self.configuration.get(&(heater.to_owned(), key.to_owned())).map(String::as_str)
+    }
+
     /// The control law of a heater as the configuration states it, with the gains for a duty of 0 to 1.
-    fn law(&self, heater: &str) -> Option<String> {
-        let get = |key: &str| self.configuration.get(&(heater.to_owned(), key.to_owned()));
-        let number = |key: &str| get(key)?.parse::<f64>().ok();
-        let most = number("max_power").unwrap_or(1.0);
-        if get("control").is_none_or(|control| control != "pid") {
-            return get("control")
-                .map(|control| format!("the configuration states control = {control} for {heater}"));
+    fn law(&self, heater: &str) -> Option<Pid> {
+        if self.get(heater, "control") != Some("pid") {
+            return None;
         }
-        let [kp, ki, kd] =
-            ["pid_kp", "pid_ki", "pid_kd"].map(|key| number(key).map(|gain| gain / PID_PARAM_BASE));
+        let number = |key: &str| self.get(heater, key)?.parse::<f64>().ok().filter(|x| x.is_finite());
+        let gain = |key: &str| number(key).map(|gain| gain / PID_PARAM_BASE);
+        let u_max = number("max_power").filter(|most| *most > 0.0).unwrap_or(1.0);
+        Some(Pid {
+            kp: gain("pid_kp")?,
+            ki: gain("pid_ki")?,
+            kd: gain("pid_kd")?,
+            // Klipper averages its derivative over smooth_time, 1 s unless stated (klippy/extras/heaters.py).
+            derivative_filter_s: number("smooth_time").unwrap_or(1.0),
+            limits: Limits { u_min: 0.0, u_max },
+            anti_windup: true,
+        })
+    }
+
+    /// The same in words.
+    fn says_of_the_law(&self, heater: &str, law: Option<Pid>) -> Option<String> {
+        let Some(Pid { kp, ki, kd, limits, .. }) = law else {
+            let control = self.get(heater, "control")?;
+            return Some(format!("the configuration states control = {control} for {heater}"));
+        };
+        let most = limits.u_max;
         Some(format!(
-            "the configuration states the law of {heater}: pid, kp = {:.4}, ki = {:.5}, kd = {:.4}, u_min = 0, u_max = {most}",
-            kp?, ki?, kd?
+            "the configuration states the law of {heater}: pid, kp = {kp:.4}, ki = {ki:.5}, kd = {kd:.4}, u_min = 0, u_max = {most}"
         ))
     }
 }
@@ -163,6 +184,7 @@ pub(super) struct KlippyRecords {
     line: u64,
     last_s: f64,
     notes: Vec<String>,
+    law: Option<Controller>,
 }
 
 impl Records for KlippyRecords {
@@ -211,6 +233,10 @@ impl Records for KlippyRecords {
             self.cells.iter().for_each(|cell| record.push(cell));
             return Ok(Some(self.line));
         }
+    }
+
+    fn stated_law(&self) -> Option<Controller> {
+        self.law.clone()
     }
 
     fn notes(&self) -> Vec<String> {

@@ -27,6 +27,7 @@ mod matlab4;
 mod matlab73;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod mode_codes;
 mod overview;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -47,6 +48,7 @@ mod write;
 use std::io::Read;
 use std::path::Path;
 
+use crate::controller::Controller;
 use crate::sentences::Clock;
 use crate::{Error, Result};
 use budget::Budget;
@@ -93,6 +95,8 @@ pub struct ReadOptions {
     pub memory_limit_bytes: Option<u64>,
     /// Further columns to read, in this order; text in them is an error.
     pub extra: Vec<String>,
+    /// y or u may be missing: for a look at a file that nobody has named the columns of yet.
+    pub incomplete: bool,
     /// Read all other columns as well; those that hold text are left out and counted.
     pub keep_extra: bool,
 }
@@ -131,6 +135,8 @@ pub struct Recording {
     pub state: Vec<RowState>,
     /// Further columns by name.
     pub extra: Vec<(String, Vec<f64>)>,
+    /// The control law that the file itself states, as a printer's log does.
+    pub stated_law: Option<Controller>,
     /// What was found and done while reading.
     pub quality: Quality,
 }
@@ -180,6 +186,7 @@ impl Recording {
         recording.start_s = stream.start_s();
         recording.zero_s = stream.zero_s();
         recording.quality = stream.quality();
+        recording.stated_law = stream.stated_law();
         let mut is_text = stream.text_columns().into_iter();
         let left_out = &mut recording.quality.text_columns;
         recording.extra.retain(|(name, _)| {

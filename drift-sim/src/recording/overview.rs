@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::format::{self, Source};
+use super::mode_codes::judged;
 use super::quality::Jitter;
 use super::repeated::merged;
 use super::row::{Row, Rows};
@@ -51,6 +52,10 @@ pub struct Overview {
     pub manual: Vec<Span>,
     /// Stretches in which u stays at its lowest, and at its highest value.
     pub at_limit: [Vec<Span>; 2],
+    /// The signal that no column seems to be, and `--columns` as it could be for this file.
+    pub lacks: Option<String>,
+    /// The example alone; empty where nothing is missing.
+    pub example: String,
     /// The sample time with which it can be read, or why it can't.
     pub sampling: Option<Result<f64>>,
 }
@@ -111,12 +116,15 @@ impl Overview {
         let budget = Budget::of(options.memory_limit_bytes.unwrap_or(MEMORY_LIMIT_BYTES));
         let read = || -> Result<Self> {
             let (rows, format) = format::open(Source { reader, file, budget: budget.clone() }, options)?;
-            let mut rows = merged(rows, options);
+            let mut rows = judged(merged(rows, options));
             let mut overview = Self { name: name.to_owned(), format, ..Self::default() };
             let manual = overview.collect(rows.as_mut(), &budget, options)?;
             overview.names = rows.names().to_vec();
             overview.columns = rows.choice().columns.clone();
             overview.notes = rows.notes();
+            if let Some(lack) = &rows.choice().lacks {
+                (overview.lacks, overview.example) = (Some(lack.says.clone()), lack.example.clone());
+            }
             overview.describe(&manual);
             Ok(overview)
         };

@@ -2,6 +2,7 @@
 
 use super::Quality;
 use crate::Result;
+use crate::controller::Controller;
 
 /// The cells of one record, one behind the other. Its buffers only grow.
 #[derive(Debug, Default)]
@@ -70,6 +71,11 @@ pub(super) trait Records: Send {
     /// # Errors
     /// The source can't be read, or is broken there.
     fn next(&mut self, record: &mut Record, quality: &mut Quality) -> Result<Option<u64>>;
+
+    /// The control law that the source itself states.
+    fn stated_law(&self) -> Option<Controller> {
+        None
+    }
 
     /// What a person should know of the source, a line each.
     fn notes(&self) -> Vec<String> {

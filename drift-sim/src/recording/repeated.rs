@@ -5,6 +5,7 @@ use std::str::FromStr;
 use super::choice::Choice;
 use super::row::{Row, Rows};
 use super::{Quality, ReadOptions};
+use crate::controller::Controller;
 use crate::{Error, Result};
 
 /// What becomes of several rows of one time stamp.
@@ -88,6 +89,10 @@ impl Rows for Merged {
             notes.push(format!("{} rows repeat a time stamp: {how}", self.merged));
         }
         notes
+    }
+
+    fn stated_law(&self) -> Option<Controller> {
+        self.rows.stated_law()
     }
 
     fn text_columns(&self) -> Vec<bool> {

@@ -3,6 +3,7 @@
 use super::Quality;
 use super::choice::Choice;
 use super::stamp::Stamp;
+use crate::controller::Controller;
 use crate::{Error, Result};
 
 /// One row of data: NaN is missing.
@@ -15,6 +16,8 @@ pub(super) struct Row {
     pub y: f64,
     pub u: f64,
     pub manual: bool,
+    /// The mode where it is written as a number.
+    pub mode: f64,
     pub extra: Vec<f64>,
 }
 
@@ -63,6 +66,10 @@ pub(super) trait Rows: Send {
     fn notes(&self) -> Vec<String>;
     /// The date at t = 0 as written, in seconds since 1970; `None` where there are no dates.
     fn zero_s(&self) -> Option<f64> {
+        None
+    }
+    /// The control law that the file itself states; its limits with it.
+    fn stated_law(&self) -> Option<Controller> {
         None
     }
     /// Reads the next row into `row`; false at the end.

@@ -11,11 +11,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::choice::Reference;
 use super::format::{self, Source};
+use super::mode_codes::judged;
 use super::repeated::merged;
 use super::resample::Resampler;
 use super::row::{Row, Rows, repeats};
 use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
 use super::{ColumnMap, Quality, ReadOptions, RowState};
+use crate::controller::Controller;
 use crate::{Error, Result};
 
 /// One sample of a loop. NaN is missing.
@@ -110,7 +112,7 @@ impl RecordingStream {
         let reader = Counted { source, bytes: Arc::clone(&bytes_read) };
         let budget = Budget::of(options.memory_limit_bytes.unwrap_or(MEMORY_LIMIT_BYTES));
         let source = Source { reader: Box::new(reader), file, budget: budget.clone() };
-        let mut rows = merged(format::open(source, options)?.0, options);
+        let mut rows = judged(merged(format::open(source, options)?.0, options));
         let mut quality = Quality::default();
         let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.
@@ -256,6 +258,11 @@ impl RecordingStream {
     /// Time of the first sample, s.
     pub fn start_s(&self) -> f64 {
         self.start_s
+    }
+
+    /// The control law that the file itself states.
+    pub(super) fn stated_law(&self) -> Option<Controller> {
+        self.rows.stated_law()
     }
 
     /// The names of the further columns that were asked for.

@@ -100,14 +100,19 @@ impl TableRows {
     pub fn new(mut table: impl Table, notes: Vec<String>, options: &ReadOptions) -> Result<Self> {
         let names = table.names();
         let mut choice = Choice::of(&names, options)?;
-        let count = table.length(choice.y);
+        // Without a y, the longest column says how many rows there are.
+        let longest = (0..names.len()).map(|index| table.length(index)).max().unwrap_or(0);
+        let count = choice.y.or(choice.u).map_or(longest, |index| table.length(index));
         choice.extra.retain(|extra| extra.asked_for || table.length(extra.index) == count);
         let mut columns = Vec::with_capacity(names.len());
         for (index, is_used) in choice.uses(names.len()).into_iter().enumerate() {
             if is_used && table.length(index) != count {
-                let (name, y) = (&names[index], &names[choice.y]);
-                let what = format!("'{name}' has {} values, '{y}' has {count}", table.length(index));
-                return Err(Error::new(what).allowed("equally many"));
+                let y = choice.y.map_or("the longest", |y| names[y].as_str());
+                let what =
+                    format!("'{}' has {} values, '{y}' has {count}", names[index], table.length(index));
+                let map = &choice.columns;
+                let example = format!("--columns r={},y={},u={}", map.r, map.y, map.u);
+                return Err(Error::new(what).allowed(format!("equally many; other columns by {example}")));
             }
             columns.push(if is_used { Some(table.cells(index)?) } else { None });
         }
@@ -148,8 +153,11 @@ impl TableRows {
             Reference::Column(r) => self.signal(r, at, &mut quality.missing_r)?,
             Reference::Absent => f64::NAN,
         };
-        row.y = self.signal(self.choice.y, at, &mut quality.missing_y)?;
-        row.u = self.signal(self.choice.u, at, &mut quality.missing_u)?;
+        let (y, u) = (self.choice.y, self.choice.u);
+        row.y = y.map_or(Ok(f64::NAN), |y| self.signal(y, at, &mut quality.missing_y))?;
+        row.u = u.map_or(Ok(f64::NAN), |u| self.signal(u, at, &mut quality.missing_u))?;
+        let mode = self.choice.mode.as_ref().and_then(|(index, _)| self.cells(*index)?.number(at));
+        row.mode = mode.unwrap_or(f64::NAN);
         row.manual =
             self.choice.when.iter().any(|(index, when)| !when.holds(self.text(*index, at).as_bytes()));
         row.extra.clear();

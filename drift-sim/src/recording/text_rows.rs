@@ -2,10 +2,11 @@
 
 use super::choice::{Choice, Reference};
 use super::clock::Clock;
-use super::decimal::{DecimalMark, with_point};
+use super::decimal::{DecimalMark, parse_number, with_point};
 use super::records::{Record, Records};
 use super::row::{Row, Rows, not_a_number};
 use super::{Quality, ReadOptions};
+use crate::controller::Controller;
 use crate::{Error, Result};
 
 /// Reads rows one after the other; memory stays that of one row.
@@ -60,9 +61,10 @@ impl<R: Records> TextRows<R> {
             Reference::Column(r) => self.number(r, &mut quality.missing_r)?,
             Reference::Absent => f64::NAN,
         };
-        row.y = self.number(self.choice.y, &mut quality.missing_y)?;
-        row.u = self.number(self.choice.u, &mut quality.missing_u)?;
+        row.y = self.signal(self.choice.y, &mut quality.missing_y)?;
+        row.u = self.signal(self.choice.u, &mut quality.missing_u)?;
         row.manual = self.is_manual();
+        row.mode = self.mode();
         row.extra.clear();
         for i in 0..self.choice.extra.len() {
             let value = self.extra_value(i)?;
@@ -84,6 +86,17 @@ impl<R: Records> TextRows<R> {
         }
         row.stamp = clock.read(cell, &mut self.mark)?;
         Ok(())
+    }
+
+    /// A signal that may be absent.
+    fn signal(&mut self, index: Option<usize>, missing: &mut u64) -> Result<f64> {
+        index.map_or(Ok(f64::NAN), |index| self.number(index, missing))
+    }
+
+    /// The mode as a number, where it is one.
+    fn mode(&self) -> f64 {
+        let cell = self.choice.mode.as_ref().and_then(|(index, _)| self.record.get(*index));
+        cell.and_then(parse_number).unwrap_or(f64::NAN)
     }
 
     fn is_manual(&self) -> bool {
@@ -133,6 +146,10 @@ impl<R: Records> Rows for TextRows<R> {
 
     fn zero_s(&self) -> Option<f64> {
         self.clock.as_ref().and_then(Clock::zero_s)
+    }
+
+    fn stated_law(&self) -> Option<Controller> {
+        self.records.stated_law()
     }
 
     fn notes(&self) -> Vec<String> {

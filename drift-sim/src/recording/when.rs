@@ -204,6 +204,11 @@ impl When {
         STATUS.iter().find(|(names, _, _)| names.contains(&plain_name))
     }
 
+    /// Whether a column of this name holds a mode, which may be written as a number.
+    pub(super) fn may_be_a_code(plain_name: &str) -> bool {
+        Self::status(plain_name).is_some_and(|(_, words, _)| std::ptr::eq(*words, MANUAL))
+    }
+
     /// The value that such a column has where the loop is closed, for an example.
     pub(super) fn closed_value(plain_name: &str) -> &'static str {
         Self::status(plain_name).map_or("1", |(_, _, value)| value)

@@ -86,7 +86,7 @@ impl Writer {
         if !answer.numbers.is_empty() {
             self.body.push_str("<ul class=\"three\">");
             for number in &answer.numbers {
-                let (value, label) = (escape::text(&number.value), escape::text(&number.label));
+                let [value, label] = [&number.value, &number.label].map(|text| escape::text(&unbroken(text)));
                 self.put(format_args!("<li><b>{value}</b><span>{label}</span></li>"));
             }
             self.body.push_str("</ul>\n");
@@ -242,6 +242,11 @@ impl Writer {
              <footer>drift {version}</footer>\n{scripts}</body></html>\n"
         )
     }
+}
+
+/// A number keeps its per cent sign on its line.
+fn unbroken(text: &str) -> String {
+    text.replace(" %", "\u{a0}%")
 }
 
 /// A status as a shape of its own.

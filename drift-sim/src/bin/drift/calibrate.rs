@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let inputs: Vec<&Path> = arguments.recordings.iter().map(PathBuf::as_path).collect();
     let mut outputs = Outputs::checked(&named, &inputs)?;
     let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
-    let progress = Progress::of_unknown("calibrating");
+    let progress = Progress::of_stages("calibrating");
     let read = |path: &PathBuf| arguments.recording.read(path, options.operating_point.clone());
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();

@@ -73,7 +73,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let holdout = arguments.holdout.as_deref().map(with_clock).transpose()?;
     let (holdout, holdout_clock) = holdout.map_or((None, clock), |(signals, clock)| (Some(signals), clock));
     let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
-    let progress = Progress::of_unknown("trying every kind of physics that could be missing");
+    let progress = Progress::of_stages("diagnosing");
     let found = if healthy.is_empty() {
         diagnose(&train, holdout.as_ref(), &model)?
     } else {

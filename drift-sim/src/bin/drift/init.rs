@@ -9,6 +9,7 @@ use drift_sim::init::propose;
 use drift_sim::output::{self, Outputs};
 use drift_sim::recording::{Recording, RowState};
 
+use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
 /// Proposes a loop file from a recording: sample time, controller, plant, each with how it was found and how sure it is.
@@ -36,7 +37,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&[("--output", output)], &[&arguments.recording])?;
     let mut recording = arguments.reading.read(&arguments.recording, Vec::new())?;
     keep_longest_closed(&mut recording);
+    let progress = Progress::of_stages("looking for law and plant");
     let proposal = propose(&recording)?;
+    drop(progress);
     outputs.write_text(&arguments.output, &proposal.to_toml())?;
     outputs.commit()?;
     if arguments.output != Path::new("-") {

@@ -2,7 +2,13 @@
 
 use std::time::Duration;
 
+use drift_sim::stage::{self, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A bar that fills what the window's width leaves.
+const STEPS: &str = "{msg} {wide_bar} {pos}/{len} {elapsed}";
+/// Work of which nobody knows how much is left.
+const UNKNOWN: &str = "{spinner} {msg} {elapsed}";
 
 /// How far long work has come. Drawn on standard error where that is a terminal, and only when the work takes longer
 /// than a moment; gone when it is dropped.
@@ -24,7 +30,17 @@ impl Progress {
 
     /// Of unknown length: the time that it has taken.
     pub fn of_unknown(what: &str) -> Self {
-        Self::new(what, None, "{spinner} {msg} {elapsed}")
+        Self::new(what, None, UNKNOWN)
+    }
+
+    /// Of work that speaks of its stages ([`drift_sim::stage`]): the stage, how many of its steps are done, and the time.
+    pub fn of_stages(what: &str) -> Self {
+        let progress = Self::of_unknown(what);
+        let bar = progress.0.clone();
+        if !bar.is_hidden() {
+            stage::listen(move |stage| show(&bar, stage));
+        }
+        progress
     }
 
     fn new(what: &str, length: Option<u64>, template: &str) -> Self {
@@ -51,6 +67,21 @@ impl Progress {
     }
 }
 
+fn show(bar: &ProgressBar, stage: Stage) {
+    match stage {
+        Stage::Step => bar.inc(1),
+        Stage::Begins(name, steps) => {
+            let template = if steps > 0 { STEPS } else { UNKNOWN };
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_length(steps as u64);
+            bar.set_position(0);
+            bar.set_message(name);
+        }
+    }
+}
+
 impl Drop for Progress {
     fn drop(&mut self) {
         self.0.finish_and_clear();
@@ -60,6 +91,18 @@ impl Drop for Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stage_begins_anew_and_its_steps_are_counted() {
+        let progress = Progress::of_unknown("calibrating");
+        for stage in [Stage::Begins("rivals", 3), Stage::Step, Stage::Step] {
+            show(&progress.0, stage);
+        }
+        assert_eq!((progress.0.position(), progress.0.length()), (2, Some(3)));
+        assert_eq!(progress.0.message(), "rivals");
+        show(&progress.0, Stage::Begins("proof", 0));
+        assert_eq!((progress.0.position(), progress.0.message()), (0, "proof".to_owned()));
+    }
 
     #[test]
     fn steps_and_bytes_are_counted() {

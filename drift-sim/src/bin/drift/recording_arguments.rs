@@ -55,7 +55,7 @@ impl RecordingArguments {
 
     /// Looks at a recording as it is.
     pub fn look(&self, path: &Path) -> Result<Overview> {
-        Overview::read(path, &self.read_options())
+        Overview::read(path, &ReadOptions { incomplete: true, ..self.read_options() })
     }
 
     /// The library's options, with no further columns asked for.

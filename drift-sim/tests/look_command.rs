@@ -72,17 +72,29 @@ fn uneven_rows_are_shown_with_the_step_that_reads_them() {
     );
 }
 
+/// Where no column seems to be y or u, the rest is shown all the same, with what to type.
 #[test]
 fn a_missing_column_is_said_with_an_example() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("a.csv"), "Zeit;Temperatur;Ventil\n0;1;2\n1;1;2\n").unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_drift"));
-    let out = command.current_dir(folder.path()).args(["look", "a.csv"]).output().unwrap();
-    assert_eq!(
-        String::from_utf8(out.stderr).unwrap(),
-        "error: a.csv:1: no column 'y' for y; like --columns t=Zeit,y=Temperatur,u=Ventil; the columns are Zeit, \
-         Temperatur, Ventil\n"
+    let content = "Zeit;Temperatur;Ventil\n0;1;2\n1;1;2\n2;2;2\n";
+    let said = look(content, &[]);
+    for part in [
+        "CSV, 3 rows, 3 columns",
+        "every 1 s, uniform",
+        "t = 'Zeit', no r, no y, no u; not used: Temperatur, Ventil",
+        "y no column: say which one it is, as below",
+        "but no column 'y' for y; like --columns t=Zeit,y=Temperatur,u=Ventil; the columns are Zeit, Temperatur, Ventil",
+        "next: drift look rec.csv --columns t=Zeit,y=Temperatur,u=Ventil",
+    ] {
+        assert!(said.contains(part), "{part} is not in {said}");
+    }
+    // Typed as told, nothing is missing any more.
+    let then = look(content, &["--columns", "t=Zeit,y=Temperatur,u=Ventil"]);
+    assert!(
+        then.contains("next: drift init rec.csv --columns t=Zeit,y=Temperatur,u=Ventil -o loop.toml"),
+        "{then}"
     );
+    let then = look(content, &["--columns", "y=Temperatur"]);
+    assert!(then.contains("next: drift look rec.csv --columns t=Zeit,y=Temperatur,u=Ventil"), "{then}");
 }
 
 /// The simulated oven, a tenth of it run by hand: `init` finds the law that it finds without.
@@ -108,7 +120,7 @@ fn init_finds_the_law_beside_a_manual_stretch() {
         let (u, mode) = if is_manual { ("0.2", "MAN") } else { (u, "AUTO") };
         writeln!(by_hand, "{rest},{u},{mode}").unwrap();
     }
-    fs::write(folder.path().join("man.csv"), by_hand).unwrap();
+    fs::write(folder.path().join("man.csv"), &by_hand).unwrap();
     let law = |toml: &str| -> Vec<String> {
         let inside = toml.lines().skip_while(|line| *line != "[controller]").take(4);
         inside.map(str::to_owned).collect()
@@ -116,6 +128,12 @@ fn init_finds_the_law_beside_a_manual_stretch() {
     let without = law(&drift("init own.csv"));
     assert_eq!(without[1], "kind = \"pi\"");
     assert_eq!(law(&drift("init man.csv")), without);
+    // The mode in numbers, whatever they are, says the same.
+    for (auto, man) in [("1", "0"), ("4", "8")] {
+        let coded = by_hand.replace(",AUTO\n", &format!(",{auto}\n")).replace(",MAN\n", &format!(",{man}\n"));
+        fs::write(folder.path().join("coded.csv"), coded).unwrap();
+        assert_eq!(law(&drift("init coded.csv")), without, "{auto} {man}");
+    }
     // Without the mode it can't be found.
     assert_eq!(law(&drift("init man.csv --when always"))[1], "kind = \"recorded\"");
 }

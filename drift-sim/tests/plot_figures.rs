@@ -134,6 +134,21 @@ fn three_million_samples_are_a_small_file_that_shows_the_spike() {
     assert!(svg.contains("&lt;y&gt; &amp; &quot;u&quot;") && !svg.contains("<y>"));
 }
 
+/// Whoever can't see a chart hears what it shows.
+#[test]
+fn every_svg_has_a_title_and_a_description() {
+    for figure in [stacked(), scatter(), logarithmic()] {
+        let svg = figure.to_svg().unwrap();
+        let (head, _) = svg.split_once("</desc>").unwrap();
+        assert!(head.starts_with("<svg ") && head.contains(" role=\"img\" "), "{head}");
+        let (title, description) =
+            head.split_once("<title>").unwrap().1.split_once("</title>\n<desc>").unwrap();
+        assert!(!title.is_empty() && !description.is_empty() && !head.contains("<text"), "{head}");
+    }
+    let svg = stacked().to_svg().unwrap();
+    assert!(svg.contains("&lt;y&gt;"), "names are escaped");
+}
+
 #[test]
 fn bands_crosses_bars_and_log_axes_are_drawn() {
     let scatter = scatter();

@@ -6,6 +6,7 @@
     reason = "tests fail by panicking, their own functions too"
 )]
 
+use drift_sim::controller::{Controller, Limits};
 use drift_sim::recording::{ReadOptions, Recording, Repeated, RowState};
 
 fn read(bytes: impl AsRef<[u8]>, options: &ReadOptions) -> drift_sim::Result<Recording> {
@@ -227,6 +228,43 @@ fn manual_stretches_are_found_and_told() {
     }
 }
 
+/// A mode in numbers: by hand u stays put, under the law it moves in every row. What comes later than the first 10 000 rows is not
+/// known to be a closed loop.
+#[test]
+fn modes_in_numbers_are_read_off_u() {
+    let rows = |count: usize, mode: &dyn Fn(usize) -> usize| {
+        let mut text = String::from("t,r,y,u,LOOP MODE\n");
+        let mut u = 0.0;
+        for i in 0..count {
+            if mode(i) == 1 || i % 100 == 0 {
+                u = 50.0 + 20.0 * (0.3 * i as f64).sin();
+            }
+            text += &format!("{i},1,2,{u},{}\n", mode(i));
+        }
+        text
+    };
+    let manual = |recording: &Recording| recording.state.iter().filter(|s| **s == RowState::Manual).count();
+    let told = |recording: &Recording| recording.quality.notes.join("\n");
+    let by_hand = read(rows(900, &|i| usize::from(!(300..500).contains(&i))), &plain()).unwrap();
+    assert_eq!(manual(&by_hand), 200);
+    assert!(
+        told(&by_hand).contains("rows where 'LOOP MODE' is 0 don't count, where u stays put"),
+        "{}",
+        told(&by_hand)
+    );
+    let later = read(rows(12_000, &|i| if i < 11_000 { 1 } else { 7 }), &plain()).unwrap();
+    assert_eq!(manual(&later), 1000);
+    assert!(told(&later).contains("rows where 'LOOP MODE' is 7 don't count"), "{}", told(&later));
+    // Codes in which u moves alike are left to the user.
+    let alike =
+        read(rows(900, &|_| 1).replace(",1\n", ",3\n").replacen(",3\n", ",2\n", 450), &plain()).unwrap();
+    assert_eq!(manual(&alike), 0);
+    assert!(told(&alike).contains("u does not show which of them is a closed loop"), "{}", told(&alike));
+    let asked = ReadOptions { when: vec!["LOOP MODE=3".parse().unwrap()], ..plain() };
+    let asked = read(rows(900, &|i| if i < 450 { 2 } else { 3 }), &asked).unwrap();
+    assert_eq!(manual(&asked), 450);
+}
+
 /// Two heaters and their laws in one log of a 3D printer, shaped as the firmware Klipper writes it.
 #[test]
 fn a_printers_log_holds_its_heaters_and_their_law() {
@@ -250,6 +288,8 @@ fn a_printers_log_holds_its_heaters_and_their_law() {
     let said = recording.quality.notes.join("\n");
     assert!(said.contains("pid, kp = 0.1000, ki = 0.01000, kd = 0.2000, u_min = 0, u_max = 0.8"), "{said}");
     assert!(said.contains("the heaters are extruder, heater_bed; this is extruder"), "{said}");
+    let Some(Controller::Pid(law)) = &recording.stated_law else { panic!("{:?}", recording.stated_law) };
+    assert_eq!((law.kp, law.ki, law.kd, law.limits), (0.1, 0.01, 0.2, Limits { u_min: 0.0, u_max: 0.8 }));
     let bed = read(&log, &columns("y=heater_bed.temp")).unwrap();
     assert_eq!((bed.r[0], bed.y[1], bed.u[0]), (60.0, 60.5, 0.25));
 }

@@ -6,7 +6,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use drift_core::{Baseline, Channel, ChannelKind, Config, Cusum, Detectors, Index, Shewhart};
+use drift_core::{Baseline, Channel, ChannelKind, Config, Cusum, Detectors, Index, Memory, Shewhart};
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::prove::FitPct;
 use drift_sim::diagnose::signals::Signals;
@@ -302,6 +302,10 @@ fn what_may_be_nothing_is_left_out() {
 
 /// An effort channel and a CUSUM over a loop with u = 0.2 y, its scatter 0.01, with `shift` from 200 s on.
 fn monitored(shift: f64, dates: bool) -> (Summary, Chart) {
+    monitored_with(Memory::NONE, shift, dates)
+}
+
+fn monitored_with(memory: Memory, shift: f64, dates: bool) -> (Summary, Chart) {
     let detectors = Detectors {
         cusum: Some(Cusum::new(0.5, 5.0)),
         shewhart: Some(Shewhart::symmetric(4.0)),
@@ -309,7 +313,8 @@ fn monitored(shift: f64, dates: bool) -> (Summary, Chart) {
     };
     let none =
         Channel::new(ChannelKind::EnergyError(Index::Iae), Baseline::known(0.0, 0.0, 0.0), Detectors::NONE);
-    let effort = Channel::new(ChannelKind::Effort, Baseline::known(0.0, 0.2, 0.01), detectors);
+    let mut effort = Channel::new(ChannelKind::Effort, Baseline::known(0.0, 0.2, 0.01), detectors);
+    effort.memory = memory;
     let config: Config<f32, 3> = Config::new(0.1, 10, 5, [none, effort, none]);
     let mut csv = String::from(if dates { "Date,r,y,u\n" } else { "t,r,y,u\n" });
     for i in 0..5000 {
@@ -340,6 +345,19 @@ fn runs_of_the_monitor_say_times_and_sizes_that_a_person_reads() {
         let text = screen(&summary, None, &Terminal::plain()) + &chart.rows(&summary, &Terminal::plain());
         check("screen", [text.clone()]);
         assert!(text.lines().all(|line| line.len() <= 80), "{text}");
+    }
+}
+
+/// The change of u is that of u, whatever part of it the residual of a relation with memory shows: here u = 0.2 y + 0.1 y' - 0.5 u',
+/// of which a lasting shift shows half as large again.
+#[test]
+fn the_change_of_u_is_what_u_changed_by() {
+    let memory = Memory { order: 1, x: [0.1, 0.0, 0.0], value: [-0.5, 0.0, 0.0] };
+    for memory in [Memory::NONE, memory] {
+        let (summary, _) = monitored_with(memory, 0.2, false);
+        let answer = monitoring(&summary, &summary.clock());
+        let size = answer.numbers.iter().find(|n| n.label == "mean change of u at the same y").unwrap();
+        assert_eq!(size.value, "+0.2", "{memory:?}");
     }
 }
 

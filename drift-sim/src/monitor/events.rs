@@ -56,6 +56,8 @@ pub struct Course {
     pub max_z: f32,
     /// The healthy relation that it left.
     pub baseline: Baseline,
+    /// The part of a lasting shift of the value that the residual shows: less than all, or more, of a relation with memory.
+    pub visible: f32,
     /// The refitted curve, once drift was confirmed.
     pub fault_curve: Option<FaultCurve>,
     last_away_s: f64,
@@ -136,6 +138,7 @@ struct ChannelTrack {
 #[derive(Debug, Clone)]
 pub struct Events {
     baselines: [Baseline; 3],
+    visible: [f32; 3],
     smallest_shift: f32,
     tracks: [ChannelTrack; 3],
     open: Option<Event>,
@@ -151,6 +154,7 @@ impl Events {
     pub fn new(config: &Config<f32, 3>) -> Self {
         Self {
             baselines: config.channels.each_ref().map(|c| c.baseline),
+            visible: config.channels.each_ref().map(|c| c.memory.visible()),
             smallest_shift: config.decision.smallest_shift,
             tracks: Default::default(),
             open: None,
@@ -224,6 +228,7 @@ impl Events {
             detectors: alarms.each().rev().filter_map(|(name, side)| side.map(|_| name)).collect(),
             max_z: 0.0,
             baseline: self.baselines.get(i).copied().unwrap_or(Baseline::UNLEARNED),
+            visible: self.visible.get(i).copied().unwrap_or(1.0),
             fault_curve: None,
             last_away_s: hop.to_s,
         }

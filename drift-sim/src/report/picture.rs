@@ -223,10 +223,15 @@ impl<X: Fn(f64) -> Option<f64>, Y: Fn(f64) -> Option<f64>> Drawing<X, Y> {
                 pen.put(format_args!("<path class=\"{class}\" stroke=\"var(--{ink})\" d=\"{path}\"/>"));
             }
             Layer::Band { lower, upper, .. } => {
-                let (there, back) = (chart_data::shortened(upper, most), chart_data::shortened(lower, most));
-                let back: Vec<(f64, f64)> = back.into_iter().rev().collect();
-                let path = self.path(&there, 'M') + &self.path(&back, 'L');
-                pen.put(format_args!("<path class=\"b\" fill=\"var(--{ink})\" d=\"{path}Z\"/>"));
+                let mut path = String::new();
+                for (upper, lower) in stretches(upper).zip(stretches(lower)) {
+                    let mut back = chart_data::shortened(lower, most);
+                    back.reverse();
+                    path += &self.path(&chart_data::shortened(upper, most), 'M');
+                    path += &self.path(&back, 'L');
+                    path.push('Z');
+                }
+                pen.put(format_args!("<path class=\"b\" fill=\"var(--{ink})\" d=\"{path}\"/>"));
             }
             Layer::Points { points, marker, .. } => {
                 let mut path = String::new();
@@ -301,6 +306,11 @@ impl<X: Fn(f64) -> Option<f64>, Y: Fn(f64) -> Option<f64>> Drawing<X, Y> {
         }
         path
     }
+}
+
+/// The stretches of an edge between what is missing.
+fn stretches(edge: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
+    edge.split(|(_, y)| !y.is_finite()).filter(|stretch| !stretch.is_empty())
 }
 
 fn x_axis(panels: &[&Panel], size: Size, width: f64) -> Axis {
@@ -424,6 +434,22 @@ mod tests {
             assert!(svg.len() < 60_000, "{} bytes", svg.len());
             assert!(!svg.contains("NaN") && !svg.contains("inf"));
         }
+    }
+
+    /// Each stretch of a broken band is an area of its own.
+    #[test]
+    fn a_broken_band_is_drawn_in_parts() {
+        let edge = |y: f64| vec![(0.0, y), (1.0, y), (1.1, f64::NAN), (2.0, y), (3.0, y), (3.1, f64::NAN)];
+        let band =
+            Layer::Band { lower: edge(0.0), upper: edge(1.0), name: String::new(), colour: Colour::Sky };
+        let panel = Panel { layers: vec![band], ..Panel::default() };
+        let svg = svg(&Figure::stacked("", vec![panel]), WIDE, "p0", "", "");
+        let path = svg.split("class=\"b\"").nth(1).unwrap().split("d=\"").nth(1).unwrap();
+        let path = path.split('"').next().unwrap();
+        assert_eq!(
+            (path.matches('M').count(), path.matches('L').count(), path.matches('Z').count()),
+            (2, 6, 2)
+        );
     }
 
     /// The limit lies beyond all values of its panel, and is within the frame.

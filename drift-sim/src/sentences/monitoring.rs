@@ -204,7 +204,8 @@ fn effort_change(course: &Course) -> Option<(String, String)> {
         ChannelKind::MotionEffort => "mean change of u along the motion",
         _ => return None,
     };
-    let shift = f64::from(curve.shift);
+    // In a relation with memory the residual is not u itself.
+    let shift = f64::from(curve.shift / course.visible);
     shift.is_finite().then(|| {
         let sign = if shift > 0.0 { "+" } else { "" };
         (format!("{sign}{}", plain(shift, 2)), what.to_owned())

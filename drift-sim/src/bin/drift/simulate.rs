@@ -104,7 +104,7 @@ fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
     let samples = (duration_s / sample_time_s).round().max(1.0);
     if samples > MOST_SAMPLES {
         let allowed = format!("--duration up to {} s at this sample time", MOST_SAMPLES * sample_time_s);
-        return Err(Error::new(format!("--duration {duration_s} is {samples} samples")).allowed(allowed));
+        return Err(Error::new(format!("--duration {duration_s:e} is {samples:e} samples")).allowed(allowed));
     }
     Ok(samples as usize)
 }

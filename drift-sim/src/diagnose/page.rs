@@ -6,7 +6,7 @@ use crate::physics::{self, UnitNames};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
 use crate::report::{Block, Chart, Page, Proof, Section};
-use crate::sentences::{self, Clock, ends, fit, percent, plain, with_unit};
+use crate::sentences::{self, Clock, ends, fit, number_name, percent, plain, with_unit};
 use crate::simulate::Trace;
 
 use super::drive_charts::{Cloud, estimate, usual, within};
@@ -222,7 +222,8 @@ impl Writing<'_> {
                 "How sure: the gain on unseen data over its own standard error; by chance alone it is below 2.".into(),
             ));
         }
-        for first in self.found.physics.iter().filter_map(Named::moved_from) {
+        let told = self.found.physics.iter().filter(|named| !sentences::may_be_nothing(named));
+        for first in told.filter_map(Named::moved_from) {
             let says = (first.kind.says)(&first.parameters, &self.units);
             blocks.push(Block::Note(format!("When it was named, before what was found after it: {says}")));
         }
@@ -251,14 +252,16 @@ impl Writing<'_> {
     fn parameter_rows(&self, named: &Named) -> Vec<Vec<String>> {
         let kind = named.term.kind;
         let values = kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
+        // What is held at nothing is no news.
         values
+            .filter(|((_, value), width)| **value != 0.0 || width.is_finite())
             .map(|((parameter, value), width)| {
                 let shown = sentences::parameter(*value, *width, &self.units.unit(parameter.unit));
                 let nothing = width.is_finite() && (value - parameter.neutral).abs() <= *width;
                 vec![
                     kind.name.replace('_', " "),
                     kind.place.name().into(),
-                    parameter.name.trim_end_matches("_per_s").replace('_', " "),
+                    number_name(parameter.name),
                     match (width.is_finite(), nothing) {
                         (false, _) => format!("{shown} (not determined, or held)"),
                         (true, true) => format!("{shown} (may be nothing)"),
@@ -538,7 +541,7 @@ impl Writing<'_> {
                 f64::NAN,
                 &self.units.unit(p.unit),
             );
-            format!("{} {size}", p.name.trim_end_matches("_per_s").replace('_', " "))
+            format!("{} {size}", number_name(p.name))
         });
         words.collect::<Vec<_>>().join(", ")
     }

@@ -1,6 +1,6 @@
 //! What a diagnosis says.
 
-use super::quantity::{fit, measured, percent, plain, rate, rounded, value, with_unit};
+use super::quantity::{fit, measured, number_name, percent, plain, rate, rounded, value, with_unit};
 use super::{Answer, Clock, KeyNumber, Status};
 use crate::diagnose::{Diagnosis, Fits, Named, Rejected, Verdict};
 use crate::physics::{Place, UnitNames};
@@ -316,7 +316,7 @@ impl Telling<'_> {
         if let Some(named) = self.found.physics.iter().find(|named| !may_be_nothing(named)) {
             let (about, number) = (named.term.kind.parameters.first()?, named.term.parameters.first()?);
             let width = named.half_widths.first().copied().unwrap_or(f64::NAN);
-            let name = about.name.trim_end_matches("_per_s").replace('_', " ");
+            let name = number_name(about.name);
             let kind = named.term.kind.name.replace('_', " ");
             let interval = if width.is_finite() { ", 95 % interval" } else { "" };
             return Some(KeyNumber::new(

@@ -17,5 +17,6 @@ pub use clock::Clock;
 pub use diagnosis::{diagnosis, may_be_nothing, parameter, says};
 pub use monitoring::{monitoring, pinned, side_name};
 pub use quantity::{
-    ends, fit, line, measured, percent, plain, rate, rounded, sigmas, simple_unit, value, with_unit,
+    ends, fit, line, measured, number_name, percent, plain, rate, rounded, sigmas, simple_unit, value,
+    with_unit,
 };

@@ -125,6 +125,12 @@ pub fn ends(low: f64, high: f64) -> String {
     format!("{} to {}", end(low), end(high))
 }
 
+/// The name of a term's number in words, without the unit that its key in the loop file ends in: `delay_s` is a delay.
+pub fn number_name(key: &str) -> String {
+    let bare = ["_per_s", "_hz", "_s"].iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key);
+    bare.replace('_', " ")
+}
+
 /// A number with its unit, if it has one.
 pub fn with_unit(number: String, unit: &str) -> String {
     match unit {
@@ -225,6 +231,18 @@ mod tests {
         let (factor, unit) = rate(5.8e-7, "degC/s");
         assert_eq!((value(5.8e-7 * factor, 1e-8 * factor), unit.as_str()), ("0.0501".into(), "degC/day"));
         assert_eq!(rate(3.0, "N"), (1.0, "N".into()));
+    }
+
+    #[test]
+    fn a_unit_is_said_once() {
+        for (key, name) in [
+            ("delay_s", "delay"),
+            ("frequency_hz", "frequency"),
+            ("rate_per_s", "rate"),
+            ("coulomb_pos", "coulomb pos"),
+        ] {
+            assert_eq!(number_name(key), name);
+        }
     }
 
     #[test]

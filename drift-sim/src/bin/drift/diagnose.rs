@@ -121,8 +121,14 @@ fn screen(found: &Diagnosis, clock: &Clock, start_s: f64, terminal: &Terminal) -
     let place = found.place.map_or(String::new(), |place| format!(", at the {}", place.name()));
     let mut text = terminal.answer(&sentences::diagnosis(found, clock, start_s));
     text += &format!("\nverdict: {}{place}\n", found.verdict.name());
-    for named in &found.physics {
+    let (nothing, something): (Vec<&Named>, Vec<&Named>) =
+        found.physics.iter().partition(|named| sentences::may_be_nothing(named));
+    for named in something {
         text += &physics(named, &found.nominal.unit_names(), terminal);
+    }
+    if !nothing.is_empty() {
+        let kinds: Vec<&str> = nothing.iter().map(|named| named.term.kind.name).collect();
+        text += &terminal.wrapped("  may be nothing, by its interval: ", &kinds.join(", "));
     }
     if found.not_used > 0 {
         text += &format!("  the last {} samples of the recording were not used\n", found.not_used);
@@ -152,14 +158,13 @@ fn physics(named: &Named, units: &UnitNames, terminal: &Terminal) -> String {
     let kind = named.term.kind;
     let mut text = String::new();
     let parameters = kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
+    // What is held at nothing is no news.
+    let parameters = parameters.filter(|((_, value), width)| **value != 0.0 || width.is_finite());
     for ((parameter, value), width) in parameters {
         let shown = sentences::parameter(*value, *width, &units.unit(parameter.unit));
         let remark = if width.is_finite() { "" } else { " (not determined, or held)" };
         let name = format!("{} {}", kind.name, parameter.name.trim_end_matches("_per_s"));
         text += &terminal.wrapped(&format!("  {name:33} "), &format!("{shown}{remark}"));
-    }
-    if sentences::may_be_nothing(named) {
-        text += &terminal.wrapped("    ", "by its interval this may be nothing");
     }
     if !named.tied.is_empty() {
         let text_of = format!("can't be told from {}: {}", named.tied.join(", "), kind.experiment);

@@ -67,12 +67,22 @@ fn without_columns(typed: &str) -> String {
     let mut kept = Vec::new();
     while let Some(word) = words.next() {
         match word {
-            "--columns" => drop(words.next()),
-            word if word.starts_with("--columns=") => {}
-            word => kept.push(word),
+            "--columns" => skip_value(words.next().unwrap_or_default(), &mut words),
+            word => match word.strip_prefix("--columns=") {
+                Some(value) => skip_value(value, &mut words),
+                None => kept.push(word),
+            },
         }
     }
     kept.join(" ")
+}
+
+/// Goes behind a value that begins with this word: one in quotes may hold blanks.
+fn skip_value<'a>(first: &str, words: &mut impl Iterator<Item = &'a str>) {
+    let Some(quote) = first.chars().next().filter(|c| ['\'', '"'].contains(c)) else { return };
+    if first.len() < 2 || !first.ends_with(quote) {
+        words.find(|word| word.ends_with(quote));
+    }
 }
 
 /// What reads the recording: with a step to resample by where its rows are uneven.
@@ -196,4 +206,22 @@ fn short(x: f64) -> String {
 /// Names come from the file: a control code in them must not reach the terminal.
 fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_columns;
+
+    #[test]
+    fn columns_that_were_typed_are_left_out() {
+        for (typed, kept) in [
+            ("a.csv", "a.csv"),
+            ("a.csv --columns y=PV --resample 1", "a.csv --resample 1"),
+            ("--columns 't=Zeit s,y=P V' a.csv", "a.csv"),
+            ("--columns='y=P V' a.csv", "a.csv"),
+            ("--columns=y=PV a.csv --columns", "a.csv"),
+        ] {
+            assert_eq!(without_columns(typed), kept, "{typed}");
+        }
+    }
 }

@@ -24,7 +24,8 @@ pub struct RecordingArguments {
     #[arg(long, value_name = "DT", value_parser = seconds, allow_negative_numbers = true)]
     resample: Option<f64>,
     /// Where the loop is closed, like occupied=1 or mode=AUTO; elsewhere samples count as manual. Can be repeated. Without
-    /// it columns called MODE, AUTO, QUALITY and the like say it; `always` counts every row
+    /// it columns called MODE, AUTO, QUALITY and the like say it, numbers among them by whether u moves; `always` counts
+    /// every row
     #[arg(long, value_name = "COLUMN=VALUE")]
     when: Vec<When>,
     /// Rows that repeat a time stamp with other values: refuse, or take the first, the last or their mean

@@ -43,6 +43,8 @@ enum Value {
     NoneOf(&'static [&'static str]),
 }
 
+/// The value of a mode where the loop is closed, as most write it.
+const AUTOMATIC: &str = "AUTO";
 /// Words of a mode that is not automatic, in the languages that names are understood in.
 const MANUAL: &[&str] = &[
     "man",
@@ -146,7 +148,7 @@ const STATUS: &[(&[&str], &[&str], &str)] = &[
             "\u{e9}tat",
         ],
         MANUAL,
-        "AUTO",
+        AUTOMATIC,
     ),
     (
         &[
@@ -206,7 +208,7 @@ impl When {
 
     /// Whether a column of this name holds a mode, which may be written as a number.
     pub(super) fn may_be_a_code(plain_name: &str) -> bool {
-        Self::status(plain_name).is_some_and(|(_, words, _)| std::ptr::eq(*words, MANUAL))
+        Self::status(plain_name).is_some_and(|(_, _, closed)| *closed == AUTOMATIC)
     }
 
     /// The value that such a column has where the loop is closed, for an example.

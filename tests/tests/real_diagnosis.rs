@@ -371,7 +371,7 @@ fn loads_and_biases_of_a_temperature_lab() {
     let (mut hit, mut all, mut wrong) = (0, 0, 0);
     for run in runs {
         let path = folder.join(format!("dist_{run}.csv"));
-        let signals = signals(&path, &known.model);
+        let signals = signals(&path, &model);
         let found = printed(&format!("tclab dist_{run}"), || known.diagnose(&signals, None)).unwrap();
         for (column, kind, size) in [("din1", "injected_signal", 6.0), ("dout1", "sensor_bias", 0.5)] {
             let truth = injected(&path, column);

@@ -257,7 +257,12 @@ fn diagnose_with(
         return Ok(found);
     }
     match by_prediction_error() {
-        Ok(other) if other.error_pct() < (CLOSER * found.error_pct()).min(FOLLOWS_PCT) => Ok(other),
+        Ok(other)
+            if other.verdict == Verdict::MissingPhysics
+                && other.error_pct() < (CLOSER * found.error_pct()).min(FOLLOWS_PCT) =>
+        {
+            Ok(other)
+        }
         _ => Ok(found),
     }
 }

@@ -180,24 +180,55 @@ impl Fit {
         false
     }
 
-    /// Tries onsets of a candidate term all over the recording, then those between the best one's neighbours, the other numbers sliding along
-    /// `tangent`: what shows at some times only has many local optima.
-    pub fn scan_onset(&mut self, data: &Data, candidate: usize, tangent: &Tangent) {
+    /// Tries onsets of a candidate term all over the recording, then those between the best one's neighbours: what shows at some times only has
+    /// many local optima. At each trial the other numbers slide along `tangent`, the term's `own` ones along columns of that trial.
+    pub fn scan_onset(&mut self, data: &Data, candidate: usize, own: &[usize], tangent: &Tangent) {
+        let tangent = own.iter().fold(tangent.clone(), |tangent, place| tangent.without(*place));
         let spacing = self.hypothesis.scales.duration_s / SCANNED as f64;
         let all = (1..SCANNED).map(|i| spacing * i as f64);
-        all.for_each(|onset_s| self.try_onset(data, candidate, onset_s, tangent));
+        all.for_each(|onset_s| self.try_onset(data, (candidate, onset_s), own, &tangent));
         let Some(middle) = self.point.onsets.get(candidate).copied() else { return };
         let near = (1..SCANNED).map(|i| middle + spacing * (2.0 * i as f64 / SCANNED as f64 - 1.0));
-        near.for_each(|onset_s| self.try_onset(data, candidate, onset_s, tangent));
+        near.for_each(|onset_s| self.try_onset(data, (candidate, onset_s), own, &tangent));
     }
 
-    fn try_onset(&mut self, data: &Data, candidate: usize, onset_s: f64, tangent: &Tangent) {
+    fn try_onset(
+        &mut self,
+        data: &Data,
+        (candidate, onset_s): (usize, f64),
+        own: &[usize],
+        tangent: &Tangent,
+    ) {
         let mut point = self.point.clone();
         if let Some(onset) = point.onsets.get_mut(candidate)
             && onset_s > 0.0
         {
             *onset = onset_s;
-            self.tried(point, data, Some(tangent), SLID_GAIN);
+            self.try_afresh(point, data, own, tangent);
+        }
+    }
+
+    /// The same for a number that stands for a time: points all over its range.
+    pub fn scan(&mut self, data: &Data, place: usize, own: &[usize], tangent: &Tangent) {
+        let tangent = own.iter().fold(tangent.clone(), |tangent, place| tangent.without(*place));
+        let Some((low, high)) = self.hypothesis.free.get(place).map(|free| (free.low, free.high)) else {
+            return;
+        };
+        for i in 1..SCANNED {
+            let mut point = self.point.clone();
+            let Some(x) = point.x.get_mut(place) else { return };
+            *x = low + (high - low) * i as f64 / SCANNED as f64;
+            self.try_afresh(point, data, own, &tangent);
+        }
+    }
+
+    /// The point, once the `own` numbers have slid along columns taken there and the others along `tangent`, where that is better.
+    fn try_afresh(&mut self, point: Point, data: &Data, own: &[usize], tangent: &Tangent) {
+        let Some(mut trial) = Self::at(&self.hypothesis, &point, data) else { return };
+        let Some(columns) = trial.columns(data, own) else { return };
+        trial.slide(data, &tangent.with(own, columns), 1);
+        if trial.objective() < self.objective() - SLID_GAIN {
+            *self = trial;
         }
     }
 
@@ -222,15 +253,22 @@ impl Fit {
         }
     }
 
-    /// Moves a rough number by factors until none helps; at each trial the other numbers slide along `tangent`.
-    pub fn profile(&mut self, data: &Data, place: usize, tangent: &Tangent) {
+    /// Moves rough numbers, all by the same factor, until none helps; at each trial the other numbers slide along `tangent`.
+    pub fn profile(&mut self, data: &Data, places: &[usize], tangent: &Tangent) {
         let mut width = 0.25;
-        let Some(free) = self.hypothesis.free.get(place).cloned() else { return };
         while width > 0.002 {
             let moved = [-width, width].into_iter().any(|side| {
                 let mut point = self.point.clone();
-                let Some(x) = point.x.get_mut(place).filter(|x| x.abs() > 1e-9) else { return false };
-                *x = (*x * libm::exp(side)).clamp(free.low, free.high);
+                for place in places {
+                    let (Some(free), Some(x)) = (self.hypothesis.free.get(*place), point.x.get_mut(*place))
+                    else {
+                        return false;
+                    };
+                    if x.abs() < 1e-9 {
+                        return false;
+                    }
+                    *x = (*x * libm::exp(side)).clamp(free.low, free.high);
+                }
                 self.tried(point, data, Some(tangent), SLID_GAIN)
             });
             if !moved {

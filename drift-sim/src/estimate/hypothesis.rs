@@ -2,7 +2,7 @@
 //! a loop that the simulator runs and the noise that the filter reckons with.
 
 use crate::control_loop::Loop;
-use crate::physics::{Hook, Range, Scales, Start, Starts, Term};
+use crate::physics::{Hook, Over, Range, Scales, Start, Starts, Term};
 use crate::plant::{Number, Role};
 
 use super::noise::Noise;
@@ -141,7 +141,7 @@ pub struct Realised {
 
 /// How far the logarithm of a plant's number moves, at least, and in its prior deviations.
 const LOG_REACH: f64 = 2.0;
-const DEVIATIONS: f64 = 3.0;
+const DEVIATIONS: f64 = 5.0;
 const STEP: f64 = 1e-3;
 const ROUGH_STEP: f64 = 5e-3;
 const LOG_STEP: f64 = 1e-4;
@@ -436,6 +436,12 @@ fn term_numbers(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
             Range::Positive => (x_of(0.0) + 1e-4, 1e9),
             Range::NotNegative => (x_of(0.0), 1e9),
             Range::Between(low, high) => (x_of(low), x_of(high)),
+        };
+        // A part of a wave is no wave: it stands for a ramp, or for a spring.
+        let (low, high) = match (term.kind.search, i) {
+            (Starts::Wave(Over::Time), 1) => (x_of(1.0 / scales.duration_s), high),
+            (Starts::Wave(Over::Position), 1) => (low, x_of(scales.position)),
+            _ => (low, high),
         };
         free.push(Free {
             target: Target::Term { term: index, parameter: i },

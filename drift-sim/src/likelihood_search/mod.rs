@@ -22,6 +22,7 @@ pub mod prove;
 mod rivals;
 mod search;
 mod starts;
+mod units;
 
 use crate::control_loop::{Loop, Sensor};
 use crate::controller::Controller;

@@ -41,6 +41,16 @@ pub fn fit_noise(hypothesis: &Hypothesis, data: &Data, held: &[usize]) -> Option
     begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
 }
 
+/// A fit once more, from its own noise and from others: the likeliest of them.
+pub fn fit_again(fit: &Fit, data: &Data) -> Option<Fit> {
+    let others = STARTS.iter().filter_map(|(size, tau, rho)| {
+        Fit::at(&fit.hypothesis, &with_noise(&fit.hypothesis, &fit.point, *size, *tau, *rho), data)
+    });
+    let mut begun: Vec<Fit> = others.chain([fit.clone()]).collect();
+    begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG, &[]));
+    begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
+}
+
 /// A point with other noise.
 pub fn with_noise(hypothesis: &Hypothesis, point: &Point, size: f64, tau: f64, rho: f64) -> Point {
     let mut point = point.clone();

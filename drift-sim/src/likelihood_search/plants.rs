@@ -15,6 +15,7 @@ use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, TransferFunctio
 
 use super::nominal;
 use super::options::Options;
+use super::units;
 
 /// A plant with its nominal fit, on the recordings as they are used.
 pub struct Identified {
@@ -27,7 +28,7 @@ pub struct Identified {
 }
 
 impl Identified {
-    /// What the plant's numbers cost, on the scale of the objective: Schwarz's criterion. Stated numbers cost nothing.
+    /// What the plant costs, on the scale of the objective: its numbers by Schwarz's criterion. Stated ones cost nothing.
     pub fn cost(&self) -> f64 {
         if self.is_guessed { cost(&self.nominal) } else { 0.0 }
     }
@@ -141,6 +142,9 @@ fn begun(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Ve
     let plants = structures(&measure::scales(&model, &of), &signs).into_par_iter().enumerate();
     plants
         .filter_map(|(i, plant)| {
+            if !units::suit(&model.units, &plant) {
+                return None;
+            }
             let fit = fitted(Loop { plant, ..model.clone() }, &of, &until, STEPS, options)?;
             Some((i % STRUCTURES, fit))
         })

@@ -280,20 +280,32 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
     }
     fit.descend(data, LONG, &fixed);
     if at_once && let Some(tangent) = fit.tangent(data, &fixed) {
-        fit.scan_onset(data, last, &tangent);
+        fit.scan_onset(data, last, &fit.hypothesis.places_of(last), &tangent);
         fit.search_onset(data, last, duration / 25.0, Some(&tangent));
         fit.search_onset(data, last, duration / 200.0, None);
         fit.descend(data, AGAIN, &fixed);
     }
+    let places = fit.hypothesis.places_of(last);
+    let is_onset =
+        |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| matches!(free.target, Target::Onset(_)));
+    if let Some(onset) = places.iter().copied().find(is_onset)
+        && let Some(tangent) = fit.tangent(data, &[onset])
+    {
+        let others: Vec<usize> = places.iter().copied().filter(|place| *place != onset).collect();
+        fit.scan(data, onset, &others, &tangent);
+        fit.descend(data, LONG, &fixed);
+    }
     fit.look_closer();
     fit.descend(data, AGAIN, &fixed);
-    let places = fit.hypothesis.places_of(last);
     let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
     let rough: Vec<usize> = places.into_iter().filter(is_rough).collect();
     if !rough.is_empty()
         && let Some(tangent) = fit.tangent(data, &rough)
     {
-        rough.iter().for_each(|place| fit.profile(data, *place, &tangent));
+        if rough.len() > 1 {
+            fit.profile(data, &rough, &tangent);
+        }
+        rough.iter().for_each(|place| fit.profile(data, &[*place], &tangent));
         fit.descend(data, AGAIN, &fixed);
     }
 }

@@ -7,6 +7,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Term};
 
 use super::decide::{Decision, cost_of, decide, independent_share};
+use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
 use super::rivals::{self, Field, Rival, Round, field};
@@ -16,7 +17,7 @@ const REFIT_STEPS: usize = 10;
 /// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
 /// hypotheses, and their likelihoods are not to be compared. Further terms may make up for some of it, not for all.
 const LEAST_INDEPENDENT: f64 = 0.6;
-const HOPELESS: f64 = 0.2;
+const HOPELESS: f64 = 0.02;
 
 /// Late responses that a plant may have of its own.
 const OWN_LAGS: usize = 2;
@@ -126,8 +127,9 @@ impl Search<'_> {
             }
             self.reconsider(&mut found);
         }
-        let best = found.best.as_ref().unwrap_or(&found.base);
-        found.is_noise = independent_share(best) >= LEAST_INDEPENDENT;
+        // Where causes are left, what is left beside the likeliest of them counts.
+        let left = if found.set.is_empty() { &found.base } else { likeliest };
+        found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
         self.prove(&mut found);
         found
     }
@@ -283,21 +285,14 @@ fn without(fit: &Fit, index: usize, data: &Data) -> Option<Fit> {
     Some(without)
 }
 
-/// A fit whose last candidate is part of the loop, at its numbers.
+/// A fit whose last candidate is part of the loop: its numbers stay free, and every later hypothesis has it.
 pub fn with_last_stated(fit: &Fit, data: &Data) -> Option<Fit> {
     let mut hypothesis = fit.hypothesis.clone();
-    let last = hypothesis.candidates().len().checked_sub(1)?;
-    let own = hypothesis.places_of(last);
-    let term = fit.hypothesis.realise(&fit.point)?.model.physics.pop()?;
-    *hypothesis.model.physics.last_mut()? = term;
+    *hypothesis.model.physics.last_mut()? = hypothesis.realise(&fit.point)?.model.physics.pop()?;
     hypothesis.stated += 1;
-    let is_kept = |i: &usize| !own.contains(i);
-    let kept: Vec<usize> = (0..hypothesis.free.len()).filter(is_kept).collect();
-    let x = kept.iter().filter_map(|i| fit.point.x.get(*i).copied()).collect();
-    hypothesis.free = kept.iter().filter_map(|i| fit.hypothesis.free.get(*i).cloned()).collect();
-    let mut onsets = fit.point.onsets.clone();
-    onsets.pop();
-    Fit::at(&hypothesis, &Point { x, onsets }, data)
+    let mut point = fit.point.clone();
+    point.onsets.pop();
+    nominal::fit_again(&Fit::at(&hypothesis, &point, data)?, data)
 }
 
 /// A number's target once a term before it is gone.

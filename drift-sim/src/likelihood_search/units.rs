@@ -1,0 +1,57 @@
+//! What the unit of y says of an unknown plant: metres are a position, revolutions a minute a speed, degrees Celsius neither.
+
+use crate::physics::Units;
+use crate::plant::{Output, Plant};
+
+const OF_POSITIONS: [&str; 9] = ["m", "mm", "um", "cm", "rad", "mrad", "rev", "in", "steps"];
+const OF_SPEEDS: [&str; 11] =
+    ["m/s", "mm/s", "km/h", "rad/s", "deg/s", "rpm", "1/min", "min-1", "rev/s", "r/min", "rev/min"];
+/// Units of temperature, pressure, flow, level, humidity and concentration.
+const OF_PROCESSES: [&str; 25] = [
+    "degc", "\u{b0}c", "celsius", "k", "degf", "\u{b0}f", "bar", "mbar", "pa", "kpa", "mpa", "psi", "l/min",
+    "l/h", "l/s", "m3/h", "m3/s", "kg/s", "kg/h", "t/h", "gpm", "%rh", "ph", "ppm", "l",
+];
+
+/// Whether a plant's y may have the loop's unit; true where the unit says nothing.
+pub fn suit(units: &Units, plant: &Plant) -> bool {
+    let Some(y) = units.y.as_deref().map(str::trim) else { return true };
+    let output = match plant {
+        Plant::Servo(servo) => Some(servo.output),
+        _ => None,
+    };
+    let lower = y.to_lowercase();
+    let is_of = |list: &[&str]| list.contains(&lower.as_str());
+    if is_of(&OF_POSITIONS) {
+        output == Some(Output::Position)
+    } else if is_of(&OF_SPEEDS) {
+        output == Some(Output::Speed)
+    } else if is_of(&OF_PROCESSES) {
+        output.is_none()
+    } else {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::suit;
+    use crate::physics::Units;
+    use crate::plant::{FirstOrder, Output, Plant, Servo};
+
+    #[test]
+    fn a_temperature_is_no_position_and_a_unit_of_one_says_nothing() {
+        let servo = |output| Plant::Servo(Servo { output, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 });
+        let lag =
+            Plant::FirstOrder(FirstOrder { gain: 1.0, time_constant_s: 1.0, delay_s: 0.0, offset: 0.0 });
+        let of = |y: &str| Units { y: Some(y.into()), ..Units::default() };
+        let suits = |y: &str| {
+            [suit(&of(y), &servo(Output::Position)), suit(&of(y), &servo(Output::Speed)), suit(&of(y), &lag)]
+        };
+        assert_eq!(suits("mm"), [true, false, false]);
+        assert_eq!(suits("rpm"), [false, true, false]);
+        assert_eq!(suits("degC"), [false, false, true]);
+        assert_eq!(suits("1"), [true; 3]);
+        assert_eq!(suits("%"), [true; 3]);
+        assert!(suit(&Units::default(), &lag));
+    }
+}

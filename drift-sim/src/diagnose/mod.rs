@@ -248,21 +248,15 @@ fn diagnose_with(
         Judged::Doubted(undecided) => return by_prediction_error().or(Ok(*undecided)),
         Judged::Nothing => return by_prediction_error(),
     };
-    // Under an unknown law no loop is closed, and there is nothing to compare; where causes are left, a simulation with one of them is no
-    // evidence against the others.
-    if nominal.plant != Plant::Identify
-        || nominal.controller == Controller::Recorded
-        || matches!(found.verdict, Verdict::Located | Verdict::Undecided)
-    {
+    // Under an unknown law no loop is closed, and there is nothing to compare.
+    if nominal.plant != Plant::Identify || nominal.controller == Controller::Recorded {
         return Ok(found);
     }
+    // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
+    let least = if matches!(found.verdict, Verdict::Located | Verdict::Undecided) { 2 } else { 1 };
+    let most_pct = (CLOSER * found.error_pct()).min(FOLLOWS_PCT);
     match by_prediction_error() {
-        Ok(other)
-            if other.verdict == Verdict::MissingPhysics
-                && other.error_pct() < (CLOSER * found.error_pct()).min(FOLLOWS_PCT) =>
-        {
-            Ok(other)
-        }
+        Ok(other) if other.physics.len() >= least && other.error_pct() < most_pct => Ok(other),
         _ => Ok(found),
     }
 }

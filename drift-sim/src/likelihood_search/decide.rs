@@ -60,11 +60,12 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let Some(best) = scored.first().copied().filter(|best| best.score > options.least_gain.max(least)) else {
         return Decision { scored, ..Decision::default() };
     };
-    // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family.
+    // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
+    // makes a kind likelier by itself.
     let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
-            || s.gain >= best.gain
+            || (matches!(s.kind.search, Starts::Grid(_)) && s.gain >= best.gain)
             || (is_related(s) && s.gain > best.gain - options.margin)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();

@@ -73,6 +73,16 @@ impl Plant {
         }
     }
 
+    /// The u under which a plant with a dead time rests at this y; none where it has no dead time, or rests at any.
+    pub fn u_at_rest(&self, y: f64) -> Option<f64> {
+        let u = match self {
+            Self::FirstOrder(p) => (y - p.offset) / p.gain,
+            Self::TransferFunction(p) => y * p.den.last()? / p.num.last()? - p.offset,
+            _ => return None,
+        };
+        u.is_finite().then_some(u)
+    }
+
     /// The plant's own dead time, in seconds.
     pub fn delay_s(&self) -> f64 {
         match self {

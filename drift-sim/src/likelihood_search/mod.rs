@@ -205,6 +205,8 @@ const REFIT_GAIN: f64 = 20.0;
 const REFIT_CLOSER: f64 = 0.1;
 /// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.
 const FEW_STEPS: f64 = 30.0;
+/// Half width of a coarse sensor's step, as part of it: the file's digits round it.
+const STEP_WIDTH: f64 = 1e-3;
 /// The least closed-loop error, in per cent of u, in which a difference means anything.
 const REFIT_LEAST: f64 = 0.5;
 /// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
@@ -288,7 +290,7 @@ impl Conclusion<'_> {
         let mut physics = self.law_terms(&train);
         physics.extend(self.result.quantum.iter().map(|term| Named {
             term: term.clone(),
-            half_widths: vec![0.0],
+            half_widths: term.parameters.iter().map(|step| STEP_WIDTH * step).collect(),
             tied: Vec::new(),
             first: None,
             train_gain: self.result.base.rows.count as f64,

@@ -100,8 +100,8 @@ fn names_in_a_matlab_file_are_guessed_by_their_last_part() {
         [
             "columns guessed by their names: t = 'log.time', r = 'log.SP', y = 'log.PV', u = 'log.OP' (--columns says \
           otherwise)",
-            "rows where 'log.mode' says that the loop is not closed or the value is bad don't count (--when log.mode=AUTO or \
-          --when always says otherwise)"
+            "rows where 'log.mode' is 0 don't count, where u stays put: u moves in 99 % of the rows where it is 1 (--when \
+          \"log.mode=N\" or --when always says otherwise)"
         ]
     );
     let options =
@@ -123,7 +123,8 @@ fn what_a_matlab_file_lacks_is_said_in_one_line() {
     );
     assert_eq!(
         message("struct.mat", "r=log.other_rate"),
-        "x: 'log.other_rate' has 7 values, 'log.PV' has 120; equally many"
+        "x: 'log.other_rate' has 7 values, 'log.PV' has 120; equally many; other columns by --columns \
+         r=log.other_rate,y=log.PV,u=log.OP"
     );
 }
 

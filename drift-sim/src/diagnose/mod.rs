@@ -244,8 +244,13 @@ fn diagnose_with(
 ) -> Result<Diagnosis> {
     let found = match likelihood_search::diagnose(recording, holdout, nominal, healthy, &Options::default()) {
         Judged::Stands(found) => *found,
-        // No recording that can be read ends in an error.
-        Judged::Doubted(undecided) => return by_prediction_error().or(Ok(*undecided)),
+        // No recording that can be read ends in an error, and none that is doubted is healthy.
+        Judged::Doubted(undecided) => {
+            let other = by_prediction_error().ok();
+            let other =
+                other.filter(|found| !matches!(found.verdict, Verdict::NoMismatch | Verdict::Parameters));
+            return Ok(other.unwrap_or(*undecided));
+        }
         Judged::Nothing => return by_prediction_error(),
     };
     // Under an unknown law no loop is closed, and there is nothing to compare.

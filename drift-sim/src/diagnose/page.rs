@@ -192,7 +192,10 @@ impl Writing<'_> {
         let case = self.case;
         let mut facts = vec![
             ("Recording".into(), format!("{}, {}", case.recording.display(), length(case.train))),
-            ("Loop".into(), case.loop_file.map_or_else(|| self.loop_found(), |file| file.display().to_string())),
+            (
+                "Loop".into(),
+                case.loop_file.map_or_else(|| self.loop_found(), |file| file.display().to_string()),
+            ),
         ];
         if self.found.not_used > 0 {
             let text =

@@ -21,11 +21,11 @@ mod plants;
 pub mod prove;
 mod rivals;
 mod search;
+mod simulates;
 mod starts;
 mod units;
 
-use crate::control_loop::{Loop, Sensor};
-use crate::controller::Controller;
+use crate::control_loop::Loop;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
 use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
@@ -35,9 +35,8 @@ use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
-use crate::physics::{Place, Starts, Term};
+use crate::physics::{Place, Term};
 use crate::plant::Role;
-use crate::simulate::Trace;
 use crate::stage;
 use decide::is_physical;
 use excitation::Shows;
@@ -46,6 +45,7 @@ use options::Options;
 use plants::Identified;
 use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
+use simulates::{Trial, quiet_run};
 
 /// What the likelihood says.
 pub enum Judged {
@@ -108,10 +108,14 @@ fn concluded(
     let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
     let is_noise = result.is_noise && !is_coarse;
     stage::begins("intervals and proof", 0);
+    let (predicted, fit) = (result.predicted, result.best.clone().unwrap_or_else(|| result.base.clone()));
     let conclusion =
         Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
     let concluded = conclusion.diagnosis();
-    let stands = is_noise && concluded.simulates(is_guessed);
+    let (train, unseen) = parts.shown();
+    let shown = unseen.as_ref().unwrap_or(&train);
+    let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, predicted };
+    let stands = is_noise && trial.passes();
     Some((concluded, stands))
 }
 
@@ -212,38 +216,7 @@ const REFIT_LEAST: f64 = 0.5;
 /// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
 const TELLS: f64 = 0.3;
 
-/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; or the part of the error without
-/// them that the named terms may leave there, where one of them gains this much in log-likelihood and y is simulated at all. And how many times that
-/// error they may leave anywhere.
-const LEAST_SIMULATED_PCT: f64 = 50.0;
-const CLOSER: f64 = 0.9;
-const STRONG: f64 = 50.0;
-const MOST_WORSE: f64 = 1.25;
-
 impl Diagnosis {
-    /// Whether the named terms don't make the simulation of what was not seen worse, and whether a guessed plant simulates that at all: a likelihood of
-    /// single steps may be high on a plant that is none.
-    fn simulates(&self, is_guessed: bool) -> bool {
-        let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
-        let (Some(before), Some(after)) = (fits.before, fits.after) else { return !is_guessed };
-        let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
-        // Noise and rounding change no prediction; rounding is seen without any.
-        let is_rounding = |named: &Named| {
-            matches!(named.term.kind.search, Starts::Apart) && named.term.kind.place == Place::Sensor
-        };
-        let is_noise =
-            |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange) || is_rounding(named);
-        let is_strong = |named: &Named| named.train_gain > STRONG;
-        let is_open = self.nominal.controller == Controller::Recorded;
-        let follows = !(is_guessed && is_open)
-            || self.physics.iter().any(is_rounding)
-            || after.y_pct > LEAST_SIMULATED_PCT
-            || (after.y_pct > 0.0
-                && error(after) < CLOSER * error(before)
-                && self.physics.iter().any(is_strong));
-        follows && (self.physics.iter().all(is_noise) || error(after) < MOST_WORSE * error(before))
-    }
-
     /// The same with nothing named: what would have been is a candidate.
     fn undecided(self) -> Self {
         let mut candidates = self.candidates;
@@ -534,11 +507,6 @@ fn as_file(model: &Loop, constant_load: f64) -> Loop {
         model.physics.push(load);
     }
     model
-}
-
-/// A run of the closed loop without the sensor's noise: another draw of it is no better prediction.
-fn quiet_run(model: &Loop, signals: &Signals) -> Option<Trace> {
-    run(&Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }, signals, 0)
 }
 
 /// Fit of the closed loop on a recording.

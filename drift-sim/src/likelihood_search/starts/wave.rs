@@ -2,6 +2,7 @@
 //! small trials tell.
 
 use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
 
 use crate::estimate::measure::integral;
 use crate::estimate::signals::held;
@@ -14,11 +15,12 @@ use super::{Base, Begin, dot, wider};
 const TRIAL: f64 = 0.05;
 /// Lines tried.
 const LINES: usize = 4;
-/// Wave numbers tried over position: from one to this many waves over the way, this far apart.
-const MOST_WAVES: f64 = 130.0;
-const WAVE_STEP: f64 = 0.35;
-/// Samples that are enough for the spectrum over position.
-const ENOUGH: usize = 4000;
+/// Waves over the way, at most; and how many samples one takes at least at the usual speed: in fewer a force can't be told from noise.
+const MOST_WAVES: f64 = 2000.0;
+const SAMPLES_OF_A_WAVE: f64 = 4.0;
+/// Bins of the way that the innovations are summed in, and how many times finer than one wave over the way waves are tried.
+const BINS: usize = 8 * MOST_WAVES as usize;
+const PADDED: usize = 4;
 
 /// The waves.
 pub fn waves(base: &Base<'_>, kind: &'static Kind, over: Over) -> Option<Vec<Begin>> {
@@ -104,33 +106,16 @@ fn over_position(base: &Base<'_>) -> Option<Vec<f64>> {
     if way <= 0.0 {
         return None;
     }
-    // Neighbours are averaged where there are more samples than the spectrum needs: the force changes slowly against them.
-    let every = (length / ENOUGH).max(1);
-    let thin = |x: &[f64]| -> Vec<f64> {
-        x.chunks(every).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect()
-    };
-    let (z, positions) = (thin(base.fit.rows.z.get(..length)?), thin(&positions));
+    let z = base.fit.rows.z.get(..length)?;
+    let mean = z.iter().sum::<f64>() / length as f64;
+    let waves_resolved = (way / (SAMPLES_OF_A_WAVE * usual_step(&positions).max(1e-300))).min(MOST_WAVES);
+    let of_samples = Waves::over(&positions, low, way, |_| 1.0)?;
+    let of_z = Waves::over(&positions, low, way, |i| z[i] - mean)?;
+    let n = length as f64;
+    let power = |i: usize| of_z.at(i).norm_sqr() / (n - of_samples.at(i).norm_sqr() / n).max(1e-9 * n);
     let base_wave = std::f64::consts::TAU / way;
-    let count = ((MOST_WAVES - 1.0) / WAVE_STEP) as usize;
-    let power = |wave: f64| {
-        let (mut s, mut c, mut zs, mut zc) = (0.0, 0.0, 0.0, 0.0);
-        for (z, x) in z.iter().zip(&positions) {
-            let (sine, cosine) = (libm::sin(wave * x), libm::cos(wave * x));
-            s += sine;
-            c += cosine;
-            zs += z * sine;
-            zc += z * cosine;
-        }
-        let n = z.len() as f64;
-        let mean = z.iter().sum::<f64>() / n;
-        let (zs, zc) = (zs - mean * s, zc - mean * c);
-        (zs * zs + zc * zc) / (n - (s * s + c * c) / n).max(1e-9 * n)
-    };
-    let mut tried: Vec<(f64, f64)> = (0..count)
-        .map(|i| {
-            let wave = base_wave * (1.0 + WAVE_STEP * i as f64);
-            (power(wave), wave)
-        })
+    let mut tried: Vec<(f64, f64)> = (PADDED..(waves_resolved * PADDED as f64) as usize)
+        .map(|i| (power(i), base_wave * i as f64 / PADDED as f64))
         .collect();
     tried.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut waves: Vec<f64> = Vec::new();
@@ -143,4 +128,36 @@ fn over_position(base: &Base<'_>) -> Option<Vec<f64>> {
         }
     }
     Some(waves.into_iter().map(|wave| std::f64::consts::TAU / wave).collect())
+}
+
+/// A signal's waves over position: its samples are summed in bins of the way, which one transform takes.
+struct Waves {
+    transformed: Vec<Complex<f64>>,
+}
+
+impl Waves {
+    fn over(positions: &[f64], low: f64, way: f64, signal: impl Fn(usize) -> f64) -> Option<Self> {
+        let mut bins = vec![0.0; PADDED * BINS];
+        for (i, x) in positions.iter().enumerate() {
+            let bin = ((x - low) / way * BINS as f64) as usize;
+            *bins.get_mut(bin.min(BINS - 1))? += signal(i);
+        }
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(bins.len());
+        let mut transformed = transform.make_output_vec();
+        transform.process(&mut bins, &mut transformed).ok()?;
+        Some(Self { transformed })
+    }
+
+    /// What a wave takes of it of which so many, over [`PADDED`], lie on the way.
+    fn at(&self, waves: usize) -> Complex<f64> {
+        self.transformed.get(waves).copied().unwrap_or_default()
+    }
+}
+
+/// How far the position moves in a sample, where it moves.
+fn usual_step(positions: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    steps.retain(|step| *step > 0.0);
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }

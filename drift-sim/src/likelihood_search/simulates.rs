@@ -1,0 +1,149 @@
+//! Whether what was found simulates what it has not seen: the closed loop from r alone; under an unknown law the plant from u alone. A likelihood of
+//! single steps may be high on a plant that is none. How far a simulation may miss follows from the noise that the fit itself found: a loop at rest,
+//! or one that cycles, is where its noise has led it.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::control_loop::{Enters, Input, Loop, Sensor};
+use crate::controller::Controller;
+use crate::diagnose::prove::{FitPct, fit_of, run};
+use crate::diagnose::{Diagnosis, Named, part_time};
+use crate::estimate::fit::Fit;
+use crate::estimate::noise::Noise;
+use crate::estimate::signals::Signals;
+use crate::physics::{Place, Starts};
+use crate::simulate::{self, Start, Trace};
+
+/// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; or the part of the error without
+/// them that the named terms may leave there, where one of them gains this much in log-likelihood and y is simulated at all.
+const LEAST_SIMULATED_PCT: f64 = 50.0;
+const CLOSER: f64 = 0.9;
+const STRONG: f64 = 50.0;
+/// How many times the error without the named terms, or the error that the noise explains, they may leave anywhere.
+const MOST_WORSE: f64 = 1.25;
+/// Part of the drive that must be u's for the noise to excuse that a guessed plant does not follow.
+const LEAST_PREDICTED: f64 = 0.3;
+/// Recordings that are drawn to see how far noise leads a simulation astray.
+const DRAWN: u64 = 4;
+
+/// A diagnosis on its trial.
+pub struct Trial<'a> {
+    /// What was found.
+    pub found: &'a Diagnosis,
+    /// The fit that it comes from.
+    pub fit: &'a Fit,
+    /// What simulations are held against.
+    pub shown: &'a Signals,
+    /// Whether the plant came from the recordings.
+    pub is_guessed: bool,
+    /// Part of the drive's variance that is u's.
+    pub predicted: f64,
+}
+
+impl Trial<'_> {
+    /// Whether the named terms don't make the simulation worse, and whether a guessed plant simulates at all.
+    pub fn passes(&self) -> bool {
+        let fits = if self.found.holdout.after.is_some() { self.found.holdout } else { self.found.train };
+        let (Some(before), Some(after)) = (fits.before, fits.after) else { return !self.is_guessed };
+        self.follows(before, after) && self.is_no_worse(before, after)
+    }
+
+    fn follows(&self, before: FitPct, after: FitPct) -> bool {
+        let is_open = self.found.nominal.controller == Controller::Recorded;
+        let is_strong = |named: &Named| named.train_gain > STRONG;
+        !(self.is_guessed && is_open)
+            || self.found.physics.iter().any(is_rounding)
+            || after.y_pct > LEAST_SIMULATED_PCT
+            || (after.y_pct > 0.0
+                && (error(after) < CLOSER * error(before) && self.found.physics.iter().any(is_strong)
+                    || self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it(after)))
+    }
+
+    fn is_no_worse(&self, before: FitPct, after: FitPct) -> bool {
+        self.found.physics.iter().all(is_noise)
+            || error(after) < MOST_WORSE * error(before)
+            || self.is_as_noise_has_it(after)
+    }
+
+    /// Whether recordings that are drawn from the fit, its noise among it, are simulated no better.
+    fn is_as_noise_has_it(&self, after: FitPct) -> bool {
+        let drawn: Option<Vec<f64>> = (0..DRAWN).map(|seed| self.error_of_drawn(seed)).collect();
+        drawn.is_some_and(|errors| error(after) < MOST_WORSE * errors.iter().sum::<f64>() / DRAWN as f64)
+    }
+
+    /// Error of the simulation against a recording that is drawn.
+    fn error_of_drawn(&self, seed: u64) -> Option<f64> {
+        let model = &self.found.improved;
+        let drawn = self.drawn(model, seed)?;
+        Some(error(fit_of(model, &quiet_run(model, &drawn)?, &drawn)))
+    }
+
+    /// A recording of a loop under the same reference (under the same u, where the law is unknown), with load and sensor noise of the fit's size.
+    fn drawn(&self, model: &Loop, seed: u64) -> Option<Signals> {
+        let realised = self.fit.hypothesis.realise(&self.fit.point)?;
+        let noise = &realised.noise;
+        let signals = self.shown;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let sensor_sd = self.fit.rows.sensor_sd;
+        let phi = noise.load_phi(signals.sample_time_s);
+        let load = sequence(signals.len(), noise.load_ratio * sensor_sd, phi, &mut random);
+        let sensor = sequence(signals.len(), sensor_sd, noise.sensor_rho, &mut random);
+        let mut noisy = Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() };
+        let mut inputs = signals.inputs.clone();
+        for (values, enters) in [(load, Enters::Load), (grown(sensor, noise, signals), Enters::Sensor)] {
+            noisy.inputs.push(Input { column: String::new(), enters, gain: 1.0 });
+            inputs.push(values);
+        }
+        let noisy = part_time::of(noisy, signals.origin_s);
+        let start = Start::from_recording(&noisy, &signals.r, &signals.y, &signals.u);
+        let trace = match noisy.controller {
+            Controller::Recorded => simulate::replay(&noisy, &signals.u, &inputs, seed, Some(&start)),
+            _ => simulate::simulate(&noisy, &signals.r, &inputs, seed, Some(&start)),
+        };
+        let Trace { y, u, .. } = trace.ok()?;
+        let u = if noisy.controller == Controller::Recorded { signals.u.clone() } else { u };
+        Some(Signals { y, u, ..signals.clone() })
+    }
+}
+
+/// A first-order autoregression of this deviation.
+fn sequence(samples: usize, deviation: f64, stays: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let mut draw = || -> f64 { StandardNormal.sample(random) };
+    let mut value = deviation * draw();
+    let moves = deviation * libm::sqrt(1.0 - stays * stays);
+    (0..samples)
+        .map(|_| {
+            let now = value;
+            value = stays * value + moves * draw();
+            now
+        })
+        .collect()
+}
+
+/// Sensor noise that grows where the fit says so.
+fn grown(mut sensor: Vec<f64>, noise: &Noise, signals: &Signals) -> Vec<f64> {
+    let at = |n: usize| signals.origin_s + n as f64 * signals.sample_time_s;
+    sensor.iter_mut().enumerate().for_each(|(n, value)| *value *= noise.growth_at(at(n)));
+    sensor
+}
+
+fn error(fit: FitPct) -> f64 {
+    100.0 - fit.u_pct.unwrap_or(fit.y_pct)
+}
+
+/// Rounding is seen without any prediction.
+fn is_rounding(named: &Named) -> bool {
+    matches!(named.term.kind.search, Starts::Apart) && named.term.kind.place == Place::Sensor
+}
+
+/// Noise and rounding change no prediction.
+fn is_noise(named: &Named) -> bool {
+    matches!(named.term.kind.search, Starts::NoiseChange) || is_rounding(named)
+}
+
+/// A run of the closed loop without the sensor's noise: another draw of it is no better prediction.
+pub fn quiet_run(model: &Loop, signals: &Signals) -> Option<Trace> {
+    run(&Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }, signals, 0)
+}

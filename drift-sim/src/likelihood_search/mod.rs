@@ -7,6 +7,7 @@
 //! effect is looked for beside the first (`search`). Numbers that decide are in [`options`]. Where what is left is no noise of the kind that
 //! is reckoned with, nothing is concluded here, and [`crate::diagnose`] goes on without it.
 
+mod actuators;
 mod decide;
 mod excitation;
 mod interval;
@@ -35,14 +36,14 @@ use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
-use crate::physics::{Place, Term};
+use crate::physics::Term;
 use crate::plant::Role;
 use crate::stage;
 use decide::is_physical;
 use excitation::Shows;
 use law::Law;
 use options::Options;
-use plants::Identified;
+use plants::{Candidate, Identified};
 use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
 use simulates::{Trial, quiet_run};
@@ -99,6 +100,9 @@ fn concluded(
             (found, result)
         }
         None => {
+            let (recordings, fitted) = (&parts.recordings, &parts.fitted);
+            let plants =
+                plants::with_actuators(plants, &law.model, recordings, fitted, (is_plant_open, options));
             let (found, first) = likeliest_with_physics(plants, options)?;
             let search = Search { data: &found.data, options, is_plant_open };
             let result = search.run(search.with_own_lags(first));
@@ -120,10 +124,11 @@ fn concluded(
 }
 
 /// The plant that is likeliest together with one term beside it, or with none, and that field.
-fn likeliest_with_physics(plants: Vec<Identified>, options: &Options) -> Option<(Identified, Field)> {
+fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(Identified, Field)> {
     let least = options.least_gain + options.margin;
-    let sketched = plants.into_iter().filter_map(|plant| {
-        let sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+    let sketched = plants.into_iter().filter_map(|Candidate { plant, offered }| {
+        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+        offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
         Some((sketch.least_objective(least) + plant.cost(), plant, sketch))
     });
     let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;

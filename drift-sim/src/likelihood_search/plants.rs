@@ -10,9 +10,11 @@ use crate::estimate::hypothesis::is_noise;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
-use crate::physics::Scales;
+use crate::physics::{Kind, Scales, Term};
 use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, TransferFunction};
+use crate::simulate::actuated;
 
+use super::actuators;
 use super::nominal;
 use super::options::Options;
 use super::units;
@@ -79,9 +81,7 @@ pub fn likeliest(
     if model.plant != Plant::Identify {
         return with(model, options, false).into_iter().collect();
     }
-    let mut options = options.clone();
-    options.priors.plant_log = GUESSED_LOG;
-    options.priors.constant_load = GUESSED_LOAD;
+    let options = guessing(options);
     // The structure is that of the healthy recordings, where there are any.
     let (of, until) = if healthy.is_empty() {
         (recordings, fitted.to_vec())
@@ -94,6 +94,72 @@ pub fn likeliest(
         .collect();
     found.sort_by(|a, b| (a.nominal.objective() + a.cost()).total_cmp(&(b.nominal.objective() + b.cost())));
     found
+}
+
+/// What a guessed plant's numbers are held to.
+fn guessing(options: &Options) -> Options {
+    let mut options = options.clone();
+    options.priors.plant_log = GUESSED_LOG;
+    options.priors.constant_load = GUESSED_LOAD;
+    options
+}
+
+/// A plant, and fits beside it that were found before the search.
+pub struct Candidate {
+    /// The plant.
+    pub plant: Identified,
+    /// The fits, of what short fits see, each with its kind.
+    pub offered: Vec<(&'static Kind, Fit)>,
+}
+
+/// The plants with a fit of each of the likeliest actuators beside them; an open plant is identified behind each of these anew.
+pub fn with_actuators(
+    plants: Vec<Identified>,
+    model: &Loop,
+    recordings: &[Signals],
+    fitted: &[usize],
+    (is_open, options): (bool, &Options),
+) -> Vec<Candidate> {
+    let (Some(first), Some(seen)) = (recordings.first(), fitted.first()) else { return Vec::new() };
+    let scales = measure::scales(model, recordings);
+    let terms = actuators::likeliest(model, &first.part(0, *seen), &scales);
+    if is_open {
+        let behind = terms.iter().filter_map(|term| behind(term, model, recordings, fitted, options));
+        let behind: Vec<Candidate> = behind.collect();
+        let plain = plants.into_iter().map(|plant| Candidate { plant, offered: Vec::new() });
+        return plain.chain(behind).collect();
+    }
+    let with_offers = |plant: Identified| {
+        let offered = terms.iter().filter_map(|term| beside(term, &plant)).collect();
+        Candidate { plant, offered }
+    };
+    plants.into_iter().map(with_offers).collect()
+}
+
+/// The fit of a term beside a plant.
+fn beside(term: &Term, plant: &Identified) -> Option<(&'static Kind, Fit)> {
+    let wider = plant.nominal.hypothesis.with(term.clone());
+    Some((term.kind, nominal::fit_noise(&wider, &plant.data.screening(), &wider.places_of(0))?))
+}
+
+/// An unknown plant behind an actuator.
+fn behind(
+    term: &Term,
+    model: &Loop,
+    recordings: &[Signals],
+    fitted: &[usize],
+    options: &Options,
+) -> Option<Candidate> {
+    let options = guessing(options);
+    let at_work = Loop { physics: vec![term.clone()], ..model.clone() };
+    let moved = |signals: &Signals| Signals { u: actuated(&at_work, &signals.u), ..signals.clone() };
+    let of: Vec<Signals> = recordings.iter().map(moved).collect();
+    let found = of_each_structure(model, &of, fitted, &options).into_iter().next()?;
+    let hypothesis = super::hypothesis(&found, recordings, &options);
+    let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
+    let plant = Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: true };
+    let offered = vec![beside(term, &plant)?];
+    Some(Candidate { plant, offered })
 }
 
 /// The loop with the likeliest plant of each structure, of those that are not far behind.

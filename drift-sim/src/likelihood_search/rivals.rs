@@ -125,6 +125,15 @@ impl Sketch {
         Some(Self { seen, short })
     }
 
+    /// A kind's fit that was found another way, where it is better.
+    pub fn offer(&mut self, kind: &'static Kind, fit: Fit) {
+        match self.short.iter_mut().find(|(of, _)| *of == kind) {
+            Some((_, known)) if known.objective() <= fit.objective() => {}
+            Some((_, known)) => *known = fit,
+            None => self.short.push((kind, fit)),
+        }
+    }
+
     /// The least objective of base and kinds, with the cost of a kind's numbers and what it must gain at `least`: a plant that needs no physics is
     /// preferred to one that does.
     pub fn least_objective(&self, least: f64) -> f64 {

@@ -1,0 +1,175 @@
+//! What an actuator makes of u needs no plant to be computed: a valve that sticks, say, under a plant that is unknown. Each kind of actuator is judged by how
+//! well a regression of y on what leaves the actuator foretells the next sample; a plant is then identified behind the likeliest of them. From u itself
+//! it would be another plant, one that answers late and little.
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use crate::control_loop::Loop;
+use crate::estimate::signals::{Signals, held};
+use crate::physics::{KINDS, Kind, Place, Scales, Starts, Term};
+use crate::simulate::actuated;
+
+/// Samples that are enough to tell actuators apart.
+const ENOUGH: usize = 8_000;
+/// Past values of y and of what leaves the actuator in the regression.
+const PAST_Y: usize = 3;
+const PAST_U: usize = 12;
+/// Sample times of the regression, in the recording's: a search in coarse ones finds where to begin in its own.
+const EVERY: [usize; 2] = [4, 1];
+/// Points that a search goes on from, and its steps from each: they are random, shrink where they miss, and begin with this deviation of a number's
+/// logarithm. The likelihood of a valve that sticks is a narrow peak.
+const SEARCHED: usize = 8;
+const STEPS: usize = 60;
+const REACH: f64 = 0.15;
+const WIDER: f64 = 1.3;
+const NARROWER: f64 = 0.93;
+/// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
+const WORTH: f64 = 3.0;
+/// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
+const LEAST_GAIN: f64 = 15.0;
+/// Actuators that go on.
+const KEPT: usize = 2;
+
+/// The likeliest actuators of unlike kinds, the best first; none where u itself does as well.
+pub fn likeliest(model: &Loop, recording: &Signals, scales: &Scales) -> Vec<Term> {
+    let recording = &recording.part(0, recording.len().min(ENOUGH));
+    let kinds: Vec<&'static Kind> = KINDS
+        .iter()
+        .copied()
+        .filter(|kind| kind.place == Place::Actuator && matches!(kind.search, Starts::Grid(_)))
+        .collect();
+    let bare = Loop { physics: Vec::new(), ..model.clone() };
+    let judges: Option<Vec<Judge>> = EVERY.iter().map(|every| Judge::new(&bare, recording, *every)).collect();
+    let Some(judges) = judges else { return Vec::new() };
+    let mut found: Vec<Actuated> =
+        kinds.into_par_iter().filter_map(|kind| best_of(kind, scales, &judges)).collect();
+    found.retain(|actuated| actuated.gain > LEAST_GAIN);
+    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    found.into_iter().take(KEPT).map(|actuated| actuated.term).collect()
+}
+
+/// The best of a kind: from its own grid on, by each judge in turn.
+fn best_of(kind: &'static Kind, scales: &Scales, judges: &[Judge]) -> Option<Actuated> {
+    let Starts::Grid(points) = kind.search else { return None };
+    let mut starts: Vec<Vec<f64>> = points(scales).into_iter().map(|start| start.parameters).collect();
+    let mut best = None;
+    for judge in judges {
+        let mut judged: Vec<Actuated> =
+            starts.into_par_iter().filter_map(|parameters| judge.judged(kind, parameters)).collect();
+        judged.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        judged.truncate(SEARCHED);
+        judged.retain(|actuated| actuated.gain > WORTH);
+        let mut ended: Vec<Actuated> =
+            judged.into_par_iter().enumerate().map(|(i, from)| judge.search(from, i as u64)).collect();
+        ended.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        starts = ended.iter().take(2).map(|actuated| actuated.term.parameters.clone()).collect();
+        best = ended.into_iter().next();
+    }
+    best
+}
+
+/// An actuator that foretells y.
+struct Actuated {
+    term: Term,
+    /// Log-likelihood that it gains in the regression.
+    gain: f64,
+}
+
+/// What actuators are judged by.
+struct Judge {
+    bare: Loop,
+    u: Vec<f64>,
+    regression: Regression,
+    /// Mean square of what u itself does not foretell.
+    without: f64,
+}
+
+impl Judge {
+    fn new(bare: &Loop, recording: &Signals, every: usize) -> Option<Self> {
+        let regression = Regression::new(recording, every);
+        let without = regression.error(&recording.u)?;
+        Some(Self { bare: bare.clone(), u: recording.u.clone(), regression, without })
+    }
+
+    fn judged(&self, kind: &'static Kind, parameters: Vec<f64>) -> Option<Actuated> {
+        let term = Term { kind, parameters, onset_s: 0.0, spans: Vec::new() };
+        term.check().ok()?;
+        let error = self.regression.error(&actuated(&self.bare.clone().with(term.clone()), &self.u))?;
+        let gain = 0.5 * self.regression.y.len() as f64 * libm::log(self.without / error);
+        gain.is_finite().then_some(Actuated { term, gain })
+    }
+
+    fn search(&self, mut best: Actuated, seed: u64) -> Actuated {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut reach = REACH;
+        let kind = best.term.kind;
+        for _ in 0..STEPS {
+            let numbers = kind.parameters.iter().zip(&best.term.parameters);
+            let moved = numbers.map(|(parameter, value)| {
+                let draw: f64 = StandardNormal.sample(&mut random);
+                parameter.neutral + libm::exp(reach * draw) * (value - parameter.neutral)
+            });
+            match self.judged(kind, moved.collect()) {
+                Some(better) if better.gain > best.gain => {
+                    best = better;
+                    reach = (WIDER * reach).min(REACH);
+                }
+                _ => reach *= NARROWER,
+            }
+        }
+        best
+    }
+}
+
+/// The regression of y on its past and on the past of what drives the plant.
+struct Regression {
+    y: Vec<f64>,
+    every: usize,
+}
+
+impl Regression {
+    fn new(recording: &Signals, every: usize) -> Self {
+        Self { y: held(&recording.y).into_iter().step_by(every).collect(), every }
+    }
+
+    /// Mean square of what it does not foretell.
+    fn error(&self, driving: &[f64]) -> Option<f64> {
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let driving: Vec<f64> = driving.chunks(self.every).map(mean).collect();
+        let n = PAST_Y + PAST_U + 1;
+        let first = PAST_Y.max(PAST_U);
+        let (mut products, mut with_y) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
+        let (mut square, mut count) = (0.0, 0.0);
+        let (y0, u0) = (*self.y.first()?, *driving.first()?);
+        let mut row = vec![0.0; n];
+        for k in first..self.y.len() {
+            for (past, x) in row.iter_mut().enumerate() {
+                *x = match past {
+                    p if p < PAST_Y => self.y[k - 1 - p] - y0,
+                    p if p < PAST_Y + PAST_U => driving[k - 1 - (p - PAST_Y)] - u0,
+                    _ => 1.0,
+                };
+            }
+            let y = self.y[k] - y0;
+            square += y * y;
+            count += 1.0;
+            for (i, a) in row.iter().enumerate() {
+                with_y[i] += a * y;
+                for (j, b) in row.iter().enumerate().take(i + 1) {
+                    products[(i, j)] += a * b;
+                }
+            }
+        }
+        products.fill_upper_triangle_with_lower_triangle();
+        // A past that does not move at all adds nothing.
+        let regular = 1e-12 * products.diagonal().amax();
+        (0..n).for_each(|i| products[(i, i)] += regular);
+        let solved = products.cholesky()?.solve(&with_y);
+        let error = (square - solved.dot(&with_y)) / count;
+        (error > 0.0).then_some(error)
+    }
+}

@@ -2,9 +2,9 @@
 //! the loop's correlation, each with how it was found and how sure it is. What can't be found is left open and said.
 
 pub(crate) mod control_law;
+mod identified;
 mod least_squares;
 mod limits;
-mod linear_plant;
 mod text;
 
 use std::path::Path;
@@ -17,8 +17,14 @@ use crate::estimate::signals::{Signals, deviation};
 use crate::physics::Units;
 use crate::plant::Plant;
 use crate::recording::Recording;
+use crate::sentences::measured;
 use crate::stage;
 use crate::{Error, Result};
+
+/// Part of y's variance below which a plant's simulation explains little.
+const LITTLE: f64 = 0.9;
+/// Log-likelihood by which another structure may be behind and still fit as well: the margin of a diagnosis.
+const AS_WELL: f64 = 5.0;
 
 /// A proposed loop and why it is as it is.
 #[derive(Debug, Clone)]
@@ -197,32 +203,21 @@ impl Proposal {
     }
 
     fn find_plant(&mut self, signals: &Signals) {
-        let about = &mut self.about_plant;
-        match linear_plant::find(signals) {
-            Ok(found) => {
-                about.push(format!("Identified from u and y: {}.", found.says));
-                about.push(format!(
-                    "Fitted to the first 70 %; on the last 30 %, simulated from u alone, it explains {} of y's variance.",
-                    percent(found.explains)
-                ));
-                if found.explains < 0.9 {
-                    about.push("That is little: take its numbers as a first guess.".into());
-                }
-                if found.load.is_some() {
-                    about.push("The load_step below is its offset: the u at which it rests at y = 0, or holds still.".into());
-                }
-                self.model.plant = found.plant;
-                self.model.physics.extend(found.load);
-            }
+        match identified::find(&self.model, signals) {
+            Ok(found) => self.take_plant(found),
             Err(explains) => {
-                about.push("Not identified: one lag, an integrator, a servo and two lags were tried;".into());
+                let about = &mut self.about_plant;
+                about.push(
+                    "Not identified: one lag, an integrator, two lags, an oscillator, a servo's speed and position were tried;"
+                        .into(),
+                );
                 about.push(if explains > 0.0 {
                     format!(
-                        "simulated from u alone on the last 30 %, the best explains {} of y's variance, and 50 % are needed.",
+                        "simulated from u alone on the last 30 %, the likeliest explains {} of y's variance, and 50 % are needed.",
                         percent(explains)
                     )
                 } else {
-                    "simulated from u alone on the last 30 %, all are worse than a constant.".into()
+                    "simulated from u alone on the last 30 %, the likeliest is worse than a constant.".into()
                 });
                 about.push(
                     "State the plant here, or take a recording in which u moves y more than disturbances do."
@@ -230,6 +225,35 @@ impl Proposal {
                 );
             }
         }
+    }
+
+    fn take_plant(&mut self, found: identified::Found) {
+        let about = &mut self.about_plant;
+        about.push(format!("Identified from u and y: {}.", found.says));
+        about.push(format!(
+            "Fitted to the first 70 %; on the last 30 %, simulated from u alone, it explains {} of y's variance.",
+            percent(found.explains)
+        ));
+        if found.explains < LITTLE {
+            about.push("That is little: take its numbers as a first guess.".into());
+        }
+        for number in &found.numbers {
+            let name = number.name.trim_start_matches("plant.");
+            about.push(if number.half_width.is_finite() {
+                format!("{name}: {}", measured(number.value, number.half_width, ""))
+            } else {
+                format!("{name}: not determined")
+            });
+        }
+        for (form, lost) in found.others.iter().filter(|(_, lost)| *lost < AS_WELL) {
+            about.push(format!("Fits as well: {form} ({} less in log-likelihood).", three_digits(*lost)));
+        }
+        if !found.model.physics.is_empty() {
+            about.push(
+                "The load_step below is its offset: the u at which it rests at y = 0, or holds still.".into(),
+            );
+        }
+        self.model = found.model;
     }
 
     fn find_window(&mut self, recording: &Recording) {

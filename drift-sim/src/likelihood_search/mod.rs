@@ -10,6 +10,7 @@
 mod actuators;
 mod decide;
 mod excitation;
+mod identified;
 mod interval;
 mod lattice;
 mod law;
@@ -39,6 +40,8 @@ use crate::estimate::signals::{Signals, deviation, held};
 use crate::physics::Term;
 use crate::plant::Role;
 use crate::stage;
+pub use identified::{IdentifiedPlant, plants_of};
+
 use decide::is_physical;
 use excitation::Shows;
 use law::Law;

@@ -73,8 +73,6 @@ pub enum Round {
     First,
     /// Those of which a start promises something.
     Later,
-    /// One and the others of its family.
-    Family(&'static Kind),
 }
 
 /// Fall of the objective that a start must promise in a later round.
@@ -92,15 +90,11 @@ impl Sketch {
     pub fn of(base: &Fit, data: &Data, round: Round) -> Option<Self> {
         let screening = &data.screening();
         let present = |kind: &Kind| base.hypothesis.candidates().iter().any(|term| term.kind == kind);
-        let asked = |kind: &Kind| match round {
-            Round::Family(first) => kind == first || (kind.family.is_some() && kind.family == first.family),
-            Round::First | Round::Later => true,
-        };
         let kinds: Vec<&'static Kind> = KINDS
             .iter()
             .copied()
             .filter(|kind| is_searched(kind) && (kind.applies)(&base.hypothesis.model.plant))
-            .filter(|kind| !present(kind) && asked(kind))
+            .filter(|kind| !present(kind))
             .collect();
         let mut seen = Fit::at(&base.hypothesis, &base.point, screening)?;
         seen.descend(screening, SHORT, &[]);

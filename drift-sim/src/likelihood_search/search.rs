@@ -208,20 +208,15 @@ impl Search<'_> {
         }
     }
 
-    /// Judges the first of two terms again beside the second: its family's other members, which the second may have been mistaken for.
+    /// Judges the first of two terms again beside the second, against all kinds: what it was taken for may have been both of them.
     fn reconsider(&self, found: &mut Found) {
         let Some(best) = found.best.clone() else { return };
-        let count = best.hypothesis.candidates().len();
-        let (Some(first), Some(choice)) =
-            (best.hypothesis.candidates().first().cloned(), found.named.first().cloned())
-        else {
-            return;
-        };
-        if count != 2 || first.kind.family.is_none() {
+        let Some(choice) = found.named.first().cloned() else { return };
+        if best.hypothesis.candidates().len() != 2 {
             return;
         }
         let Some(without) = without(&best, 0, self.data) else { return };
-        let Some(again) = field(&without, self.data, Round::Family(first.kind)) else { return };
+        let Some(again) = field(&without, self.data, Round::Later) else { return };
         let decision = decide(&again, self.options, 0.0);
         let Some((place, tied)) = decision.named else { return };
         let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };

@@ -38,21 +38,33 @@ impl TransferFunction {
     }
 
     fn names(&self) -> Vec<(String, Role)> {
-        let of = |what: &str, coefficients: &[f64], role, skip: usize| -> Vec<(String, Role)> {
-            let numbered = coefficients.iter().enumerate().skip(skip).filter(|(_, c)| **c != 0.0);
+        let of = |what: &str, coefficients: &[f64], role, held: Option<usize>| -> Vec<(String, Role)> {
+            let free = |(i, c): &(usize, &f64)| **c != 0.0 && Some(*i) != held;
+            let numbered = coefficients.iter().enumerate().filter(free);
             numbered.map(|(i, _)| (format!("{what}[{i}]"), role)).collect()
         };
-        let mut names = of("num", &self.num, Role::Gain, 0);
-        names.extend(of("den", &self.den, Role::Shape, 1));
+        let mut names = of("num", &self.num, Role::Gain, None);
+        names.extend(of("den", &self.den, Role::Shape, Some(self.held())));
         names.extend((self.delay_s > 0.0).then(|| ("delay_s".to_owned(), Role::Delay)));
         names.push(("offset".to_owned(), Role::Offset));
         names
     }
 
+    /// The coefficient of den that is no number of its own, for it only scales all the others: the last, so that num is the gain; the first where the plant
+    /// integrates.
+    fn held(&self) -> usize {
+        match self.den.last() {
+            Some(last) if *last != 0.0 => self.den.len() - 1,
+            _ => 0,
+        }
+    }
+
     fn slots(&mut self) -> Vec<&mut f64> {
+        let held = self.held();
         let nonzero = |c: &&mut f64| **c != 0.0;
         let mut slots: Vec<&mut f64> = self.num.iter_mut().filter(nonzero).collect();
-        slots.extend(self.den.iter_mut().skip(1).filter(nonzero));
+        let den = self.den.iter_mut().enumerate().filter(|(i, c)| *i != held && **c != 0.0);
+        slots.extend(den.map(|(_, c)| c));
         slots.extend(Some(&mut self.delay_s).filter(|delay| **delay > 0.0));
         slots.push(&mut self.offset);
         slots

@@ -3,15 +3,14 @@
 //! it would be another plant, one that answers late and little.
 
 use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::signals::{Signals, held};
-use crate::physics::{KINDS, Kind, Place, Scales, Starts, Term};
+use crate::physics::{KINDS, Kind, Place, Scales, Term};
 use crate::simulate::actuated;
+
+use super::climb::climb;
 
 /// Samples that are enough to tell actuators apart.
 const ENOUGH: usize = 8_000;
@@ -20,13 +19,9 @@ const PAST_Y: usize = 3;
 const PAST_U: usize = 12;
 /// Sample times of the regression, in the recording's: a search in coarse ones finds where to begin in its own.
 const EVERY: [usize; 2] = [4, 1];
-/// Points that a search goes on from, and its steps from each: they are random, shrink where they miss, and begin with this deviation of a number's
-/// logarithm. The likelihood of a valve that sticks is a narrow peak.
+/// Points that a search goes on from, and its steps from each.
 const SEARCHED: usize = 8;
 const STEPS: usize = 60;
-const REACH: f64 = 0.15;
-const WIDER: f64 = 1.3;
-const NARROWER: f64 = 0.93;
 /// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
 const WORTH: f64 = 3.0;
 /// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
@@ -40,7 +35,7 @@ pub fn likeliest(model: &Loop, recording: &Signals, scales: &Scales) -> Vec<Term
     let kinds: Vec<&'static Kind> = KINDS
         .iter()
         .copied()
-        .filter(|kind| kind.place == Place::Actuator && matches!(kind.search, Starts::Grid(_)))
+        .filter(|kind| kind.place == Place::Actuator && kind.search.points(scales).is_some())
         .collect();
     let bare = Loop { physics: Vec::new(), ..model.clone() };
     let judges: Option<Vec<Judge>> = EVERY.iter().map(|every| Judge::new(&bare, recording, *every)).collect();
@@ -54,8 +49,8 @@ pub fn likeliest(model: &Loop, recording: &Signals, scales: &Scales) -> Vec<Term
 
 /// The best of a kind: from its own grid on, by each judge in turn.
 fn best_of(kind: &'static Kind, scales: &Scales, judges: &[Judge]) -> Option<Actuated> {
-    let Starts::Grid(points) = kind.search else { return None };
-    let mut starts: Vec<Vec<f64>> = points(scales).into_iter().map(|start| start.parameters).collect();
+    let points = kind.search.points(scales)?;
+    let mut starts: Vec<Vec<f64>> = points.into_iter().map(|start| start.parameters).collect();
     let mut best = None;
     for judge in judges {
         let mut judged: Vec<Actuated> =
@@ -103,25 +98,11 @@ impl Judge {
         gain.is_finite().then_some(Actuated { term, gain })
     }
 
-    fn search(&self, mut best: Actuated, seed: u64) -> Actuated {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut reach = REACH;
-        let kind = best.term.kind;
-        for _ in 0..STEPS {
-            let numbers = kind.parameters.iter().zip(&best.term.parameters);
-            let moved = numbers.map(|(parameter, value)| {
-                let draw: f64 = StandardNormal.sample(&mut random);
-                parameter.neutral + libm::exp(reach * draw) * (value - parameter.neutral)
-            });
-            match self.judged(kind, moved.collect()) {
-                Some(better) if better.gain > best.gain => {
-                    best = better;
-                    reach = (WIDER * reach).min(REACH);
-                }
-                _ => reach *= NARROWER,
-            }
-        }
-        best
+    fn search(&self, from: Actuated, seed: u64) -> Actuated {
+        let kind = from.term.kind;
+        let worth = |parameters: &[f64]| Some(self.judged(kind, parameters.to_vec())?.gain);
+        let (parameters, gain) = climb(kind, (from.term.parameters.clone(), from.gain), (STEPS, seed), worth);
+        Actuated { term: Term { parameters, ..from.term }, gain }
     }
 }
 

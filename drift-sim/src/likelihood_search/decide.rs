@@ -65,7 +65,7 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
-            || (matches!(s.kind.search, Starts::Grid(_)) && s.gain >= best.gain)
+            || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak(_)) && s.gain >= best.gain)
             || (is_related(s) && s.gain > best.gain - options.margin)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();

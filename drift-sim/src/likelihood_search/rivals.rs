@@ -58,12 +58,13 @@ fn begins_at_once(kind: &Kind) -> bool {
     matches!(kind.search, Starts::Onset(_) | Starts::NoiseChange)
 }
 
-/// Numbers that a descent can't move: those of a last term that is rough throughout and has more than one, a sticking valve's say.
+/// Numbers that a descent can't move: those of a last term that has no slope.
 fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
     let Some(last) = hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
     let places = hypothesis.places_of(last);
-    let is_stiction = hypothesis.candidates().last().is_some_and(|term| term.kind.name == "stiction");
-    if is_stiction { places } else { Vec::new() }
+    let is_peak =
+        hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak(_)));
+    if is_peak { places } else { Vec::new() }
 }
 
 /// Which kinds are fitted beside a base.

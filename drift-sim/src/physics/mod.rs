@@ -448,8 +448,8 @@ mod tests {
     /// Parameters of the size of the signals.
     fn typical(kind: &Kind) -> Vec<f64> {
         let scales = Scales::default();
-        if let Starts::Grid(points) = kind.search {
-            return points(&scales).remove(0).parameters;
+        if let Some(mut points) = kind.search.points(&scales) {
+            return points.remove(0).parameters;
         }
         kind.parameters.iter().map(|p| p.neutral + 0.3 * (p.scale)(&scales, 1.0)).collect()
     }
@@ -458,9 +458,9 @@ mod tests {
     fn every_start_is_allowed() {
         let scales = Scales { drive: 3.0, y: 2.0, u: 5.0, ..Scales::default() };
         for kind in KINDS {
-            let starts = match kind.search {
-                Starts::Grid(points) => points(&scales).into_iter().map(|start| start.parameters).collect(),
-                _ => vec![typical(kind)],
+            let starts = match kind.search.points(&scales) {
+                Some(points) => points.into_iter().map(|start| start.parameters).collect(),
+                None => vec![typical(kind)],
             };
             assert!(!starts.is_empty(), "{}", kind.name);
             for parameters in starts {
@@ -476,8 +476,7 @@ mod tests {
         for kind in KINDS {
             let same = KINDS.iter().filter(|other| other.family.is_some() && other.family == kind.family);
             assert!(kind.family.is_none() || same.count() > 1, "{}", kind.name);
-            if let Starts::Grid(points) = kind.search {
-                let all = points(&Scales::default());
+            if let Some(all) = kind.search.points(&Scales::default()) {
                 assert!(
                     all.iter().all(|start| start.parameters.len() == kind.parameters.len()),
                     "{}",

@@ -7,6 +7,9 @@ use super::Scales;
 pub enum Starts {
     /// These points are tried, one simulation each.
     Grid(fn(&Scales) -> Vec<Start>),
+    /// The same where the likelihood is a peak too narrow for a grid, along which it is not smooth: random steps climb it from the best points, and no slope
+    /// is asked for.
+    Peak(fn(&Scales) -> Vec<Start>),
     /// What it does is in proportion to its first parameter, from the start of the recording: one small trial tells the size.
     Proportional,
     /// It begins at an unknown time, and from then on acts in proportion to a signal: a matched filter finds when.
@@ -19,6 +22,16 @@ pub enum Starts {
     NoiseChange,
     /// The likelihood of y is not where it is found: the grid of y, spans of an injected signal, the control law.
     Apart,
+}
+
+impl Starts {
+    /// The points that are tried, where there are any.
+    pub fn points(&self, scales: &Scales) -> Option<Vec<Start>> {
+        match self {
+            Self::Grid(points) | Self::Peak(points) => Some(points(scales)),
+            _ => None,
+        }
+    }
 }
 
 /// What acts in proportion to a term's parameter after its onset.

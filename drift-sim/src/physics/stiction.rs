@@ -24,7 +24,7 @@ pub(super) static KIND: Kind = Kind {
         };
         bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band])).collect()
     },
-    search: Starts::Grid(|s| {
+    search: Starts::Peak(|s| {
         let bands = (0..40).map(|i| 0.003 * libm::pow(300.0, f64::from(i) / 39.0));
         let points = bands.flat_map(|band| [0.12, 0.3, 0.45].map(|jump| (band, jump)));
         grid(points, |(band, jump)| vec![band * s.u_range, jump * band * s.u_range])

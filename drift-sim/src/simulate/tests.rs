@@ -405,11 +405,9 @@ fn what_can_not_be_simulated_is_refused() {
 /// Parameters of the size of the signals: where a search would begin, or a third of each scale from where the term does nothing.
 fn typical(kind: &crate::physics::Kind) -> Vec<Vec<f64>> {
     let scales = crate::physics::Scales::default();
-    match kind.search {
-        crate::physics::Starts::Grid(points) => {
-            points(&scales).into_iter().take(1).map(|start| start.parameters).collect()
-        }
-        _ => vec![kind.parameters.iter().map(|p| p.neutral + 0.3 * (p.scale)(&scales, 1.0)).collect()],
+    match kind.search.points(&scales) {
+        Some(points) => points.into_iter().take(1).map(|start| start.parameters).collect(),
+        None => vec![kind.parameters.iter().map(|p| p.neutral + 0.3 * (p.scale)(&scales, 1.0)).collect()],
     }
 }
 

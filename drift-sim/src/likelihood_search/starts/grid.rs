@@ -1,12 +1,17 @@
 //! Starts on a grid, and of what acts in proportion to its parameter.
 
-use crate::estimate::hypothesis::{Hypothesis, Point};
+use crate::estimate::hypothesis::{Hypothesis, Point, Target};
 use crate::physics::{Kind, Start};
 
+use super::super::climb::climb;
 use super::{Base, Begin, neutral, wider};
 
 /// Size of a trial of what acts in proportion, in the parameter's own scale.
 const TRIAL: f64 = 0.02;
+
+/// Points of a grid from which a narrow peak is climbed, and steps of each.
+const CLIMBED: usize = 6;
+const STEPS: usize = 40;
 
 /// Logarithm of a gain from which a start is tried with it as well.
 const OTHER_GAIN: f64 = 0.2;
@@ -28,6 +33,38 @@ pub fn points(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<
         Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 })
     });
     Some(begins.collect())
+}
+
+/// The best of the points, each at the end of a climb.
+pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<Vec<Begin>> {
+    let mut begins = points(base, kind, starts)?;
+    begins.sort_by(|a, b| b.score.total_cmp(&a.score));
+    begins.truncate(CLIMBED);
+    begins.iter_mut().enumerate().for_each(|(i, begin)| climbed(base, kind, begin, i as u64));
+    Some(begins)
+}
+
+/// The best point of a climb from one of the grid.
+fn climbed(base: &Base<'_>, kind: &Kind, begin: &mut Begin, seed: u64) {
+    let hypothesis = &begin.hypothesis;
+    let last = hypothesis.model.physics.len() - 1;
+    let at = |parameters: &[f64]| -> Point {
+        let mut point = begin.point.clone();
+        for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
+            if let Target::Term { term, parameter } = free.target
+                && term == last
+                && let Some(value) = parameters.get(parameter)
+            {
+                *x = free.x_of(*value);
+            }
+        }
+        point
+    };
+    let Some(realised) = hypothesis.realise(&begin.point) else { return };
+    let Some(term) = realised.model.physics.last() else { return };
+    let from = (term.parameters.clone(), begin.score);
+    let (parameters, score) = climb(kind, from, (STEPS, seed), |p| base.score(hypothesis, &at(p)));
+    (begin.point, begin.score) = (at(&parameters), score);
 }
 
 /// The size that one small trial tells.

@@ -127,6 +127,7 @@ impl<'a> Base<'a> {
 pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
     let mut found = match kind.search {
         Starts::Grid(points) => grid::points(base, kind, &points(&base.fit.hypothesis.scales)),
+        Starts::Peak(points) => grid::peaks(base, kind, &points(&base.fit.hypothesis.scales)),
         Starts::Proportional => grid::proportional(base, kind),
         Starts::Onset(weight) => onset::steps(base, kind, weight),
         Starts::Ramp(weight) => onset::ramps(base, kind, weight),
@@ -163,7 +164,7 @@ pub fn trial_power(base: &Base<'_>, kind: &'static Kind) -> Option<(Term, f64)> 
     let scales = &base.fit.hypothesis.scales;
     let middle = 0.5 * scales.duration_s;
     let (parameters, onset_s) = match kind.search {
-        Starts::Grid(points) => (points(scales).into_iter().next()?.parameters, 0.0),
+        Starts::Grid(points) | Starts::Peak(points) => (points(scales).into_iter().next()?.parameters, 0.0),
         Starts::Wave(Over::Time) => (vec![0.3 * scales.drive, 10.0 / scales.duration_s, 0.0], 0.0),
         Starts::Wave(Over::Position) => (vec![0.3 * scales.drive, 0.1 * scales.position, 0.0], 0.0),
         Starts::Proportional => (sized(kind, scales), 0.0),

@@ -1,0 +1,41 @@
+//! A climb to a narrow peak by random steps that shrink where they miss: for numbers along which a likelihood is neither smooth nor wide, those of a valve that
+//! sticks say.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::physics::Kind;
+
+/// Deviation of the logarithm of a number's step at first, and at most; by how much it grows where a step helps, and shrinks where it does not.
+const REACH: f64 = 0.15;
+const WIDER: f64 = 1.3;
+const NARROWER: f64 = 0.93;
+
+/// The best of `steps` random steps from a kind's numbers, each away from or towards where that number does nothing; with what it is worth.
+pub fn climb(
+    kind: &Kind,
+    from: (Vec<f64>, f64),
+    (steps, seed): (usize, u64),
+    worth: impl Fn(&[f64]) -> Option<f64>,
+) -> (Vec<f64>, f64) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut reach = REACH;
+    let mut best = from;
+    for _ in 0..steps {
+        let numbers = kind.parameters.iter().zip(&best.0);
+        let moved = numbers.map(|(parameter, value)| {
+            let draw: f64 = StandardNormal.sample(&mut random);
+            parameter.neutral + libm::exp(reach * draw) * (value - parameter.neutral)
+        });
+        let moved: Vec<f64> = moved.collect();
+        match worth(&moved) {
+            Some(better) if better > best.1 => {
+                best = (moved, better);
+                reach = (WIDER * reach).min(REACH);
+            }
+            _ => reach *= NARROWER,
+        }
+    }
+    best
+}

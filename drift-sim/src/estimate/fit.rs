@@ -28,13 +28,13 @@ const NOISE_REACH: f64 = 1.0;
 /// Damping at the start, and its bounds.
 const DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-6;
-/// An onset is moved down to this many samples, by widths that shrink by the factor; where the other numbers slide, by more of the
-/// objective than the slide may gain by chance.
-const LEAST_WIDTH: f64 = 1.0;
 /// Onsets that are tried all over the recording.
 const SCANNED: usize = 40;
+/// An onset is moved down to this many samples, by widths that shrink by the factor.
+const LEAST_WIDTH: f64 = 1.0;
 const NARROWER: f64 = 3.0;
-const SLID_GAIN: f64 = 0.05;
+/// Fall of the objective from which a trial is better where the other numbers slide: a slide may gain this by chance.
+pub const SLID_GAIN: f64 = 0.05;
 /// Factor on the steps that show how rows change, once a fit is close.
 const CLOSER: f64 = 0.1;
 /// Steps that a damping is raised for before the fit gives up.

@@ -2,7 +2,7 @@
 //! a loop that the simulator runs and the noise that the filter reckons with.
 
 use crate::control_loop::Loop;
-use crate::physics::{Hook, Over, Range, Scales, Start, Starts, Term};
+use crate::physics::{Family, Hook, Over, Range, Scales, Start, Starts, Term};
 use crate::plant::{Number, Role};
 
 use super::noise::Noise;
@@ -272,12 +272,15 @@ impl Hypothesis {
     pub fn started(&self, point: &Point, start: &Start, onset_s: f64) -> Point {
         let mut point = point.clone();
         let last = self.model.physics.len() - 1;
+        let is_late = self.model.physics.last().is_some_and(|term| term.kind.family == Some(Family::Lag));
         for (free, x) in self.free.iter().zip(&mut point.x) {
             match free.target {
                 Target::Term { term, parameter } if term == last => {
                     *x = start.parameters.get(parameter).map_or(*x, |value| free.x_of(*value));
                 }
                 Target::Onset(term) if term == last => *x = free.x_of(onset_s),
+                // The time by which y is late has taken up what part of a delay it can.
+                Target::Late if is_late => *x = 0.0,
                 Target::Plant(i) => {
                     let shift = self.numbers.get(i).map_or(0.0, |number| shift_of(number.role, start));
                     *x = (*x + shift).clamp(free.low, free.high);

@@ -122,7 +122,8 @@ fn concluded(
     let concluded = conclusion.diagnosis();
     let (train, unseen) = parts.shown();
     let shown = unseen.as_ref().unwrap_or(&train);
-    let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, predicted };
+    let has_healthy = !healthy.is_empty();
+    let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, has_healthy, predicted };
     let stands = is_noise && trial.passes();
     Some((concluded, stands))
 }

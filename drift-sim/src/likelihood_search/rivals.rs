@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::estimate::fit::Fit;
+use crate::estimate::fit::{Fit, SLID_GAIN, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
-use crate::physics::{KINDS, Kind, Place, Starts};
+use crate::physics::{KINDS, Kind, Parameter, Place, Starts};
 use crate::stage;
 
 use super::decide::cost_of;
@@ -310,7 +310,34 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
             fit.profile(data, &rough, &tangent);
         }
         rough.iter().for_each(|place| fit.profile(data, &[*place], &tangent));
+        if let Some(place) = rough.first().filter(|_| kind.parameters.iter().any(is_rough_time)) {
+            whole_samples(fit, *place, data, &tangent);
+        }
         fit.descend(data, AGAIN, &fixed);
+    }
+}
+
+/// Whether a number is a time along which the likelihood has corners: those of whole samples.
+fn is_rough_time(parameter: &Parameter) -> bool {
+    !parameter.smooth && parameter.unit == "s"
+}
+
+/// Tries the whole samples next to a time, y being late by nothing besides.
+fn whole_samples(fit: &mut Fit, place: usize, data: &Data, tangent: &Tangent) {
+    let ts = fit.hypothesis.model.sample_time_s;
+    let (Some(free), Some(x)) = (fit.hypothesis.free.get(place).cloned(), fit.point.x.get(place)) else {
+        return;
+    };
+    let samples = free.value(*x) / ts;
+    for whole in [libm::floor(samples), libm::ceil(samples), libm::ceil(samples) + 1.0] {
+        let mut point = fit.point.clone();
+        if let Some(x) = point.x.get_mut(place) {
+            *x = free.x_of(whole * ts);
+        }
+        if let Some(x) = fit.hypothesis.place(Target::Late).and_then(|late| point.x.get_mut(late)) {
+            *x = 0.0;
+        }
+        fit.tried(point, data, Some(&tangent.without(place)), SLID_GAIN);
     }
 }
 

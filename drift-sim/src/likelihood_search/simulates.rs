@@ -38,6 +38,8 @@ pub struct Trial<'a> {
     pub shown: &'a Signals,
     /// Whether the plant came from the recordings.
     pub is_guessed: bool,
+    /// Whether healthy recordings tell how noisy the sensor was before.
+    pub has_healthy: bool,
     /// Part of the drive's variance that is u's.
     pub predicted: f64,
 }
@@ -55,10 +57,14 @@ impl Trial<'_> {
         let is_strong = |named: &Named| named.train_gain > STRONG;
         !(self.is_guessed && is_open)
             || self.found.physics.iter().any(is_rounding)
+            || (self.has_healthy
+                && !self.found.physics.is_empty()
+                && self.found.physics.iter().all(|named| is_noise(named) && is_strong(named)))
             || after.y_pct > LEAST_SIMULATED_PCT
             || (after.y_pct > 0.0
-                && (error(after) < CLOSER * error(before) && self.found.physics.iter().any(is_strong)
-                    || self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it(after)))
+                && error(after) < CLOSER * error(before)
+                && self.found.physics.iter().any(is_strong))
+            || (self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it(after))
     }
 
     fn is_no_worse(&self, before: FitPct, after: FitPct) -> bool {

@@ -259,3 +259,28 @@ fn a_matlab_file_becomes_a_loop_file() {
         (Controller::Recorded, Plant::Identify, 0.1)
     );
 }
+
+/// A loop that is known by nothing but its recordings: then healthy, now with a sensor that reads 2 degrees too much from half-time on.
+#[test]
+#[ignore = "slow: two diagnoses of unknown plants"]
+fn without_a_loop_file_a_bias_is_named_against_then_and_nothing_is_named_of_then() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut healthy = oven("kind = \"pi\"\nkp = 4.0\nki = 0.025", 0.05);
+    let write = |model: &Loop, name: &str| {
+        let recording = run(model, 3000, 45.0, 10.0, 150);
+        recording.write_csv(&folder.path().join(name)).unwrap();
+    };
+    write(&healthy, "then.csv");
+    let mut bias = drift_sim::physics::Term::new("sensor_bias", &[("bias", 2.0)]).unwrap();
+    bias.onset_s = 7500.0;
+    healthy.physics.push(bias);
+    write(&healthy, "now.csv");
+    let said = drift(folder.path(), &["diagnose", "then.csv"]);
+    assert!(said.contains("verdict: no_mismatch"), "{said}");
+    let said =
+        drift(folder.path(), &["diagnose", "now.csv", "--healthy", "then.csv", "--report", "page.html"]);
+    assert!(said.contains("verdict: missing_physics, at the sensor"), "{said}");
+    assert!(said.contains("sensor_bias bias"), "{said}");
+    let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+    assert!(page.contains("none: u follows a pi law, the plant is identified"), "no word on the law");
+}

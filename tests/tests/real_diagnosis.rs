@@ -272,7 +272,8 @@ fn nothing_is_made_up_of_an_air_handler_that_only_holds() {
         let recording = Recording::read(&folder.join(format!("ers_{day}.csv")), &options).unwrap();
         let occupied = Signals::new(&recording, &model).unwrap();
         if let Some(found) = judged(&format!("ahu {day}"), &occupied, None, &model) {
-            assert!(found.physics.is_empty() && found.far_off);
+            assert!(found.physics.is_empty());
+            assert!(found.far_off || found.verdict == Verdict::Undecided, "{:?}", found.verdict);
         }
     }
 }

@@ -247,8 +247,7 @@ fn diagnose_with(
         // No recording that can be read ends in an error, and none that is doubted is healthy.
         Judged::Doubted(undecided) => {
             let other = by_prediction_error().ok();
-            let other =
-                other.filter(|found| !matches!(found.verdict, Verdict::NoMismatch | Verdict::Parameters));
+            let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
             return Ok(other.unwrap_or(*undecided));
         }
         Judged::Nothing => return by_prediction_error(),

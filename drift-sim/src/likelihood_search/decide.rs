@@ -63,20 +63,22 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
     // makes a kind likelier by itself.
     let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
+    let numbers = |s: &Scored| s.kind.parameters.len();
+    // Of one family two kinds differ by what a model that is not exact may get wrong.
+    let family_margin =
+        |s: &Scored| if numbers(s) < numbers(&best) { options.margin } else { 2.0 * options.margin };
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak(_)) && s.gain >= best.gain)
-            || (is_related(s) && s.gain > best.gain - options.margin)
+            || (is_related(s) && s.gain > best.gain - family_margin(s))
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
     let one_family = near.iter().all(|s| s.kind == best.kind || is_related(s));
     let set = near.iter().map(|s| s.kind).collect();
     let named = one_family.then(|| {
         // Of a family the simplest is named.
-        let simplest = near.iter().min_by(|a, b| {
-            let numbers = |s: &Scored| s.kind.parameters.len();
-            numbers(a).cmp(&numbers(b)).then(b.score.total_cmp(&a.score))
-        });
+        let simplest =
+            near.iter().min_by(|a, b| numbers(a).cmp(&numbers(b)).then(b.score.total_cmp(&a.score)));
         let named = simplest.copied().unwrap_or(best);
         let tied = near.iter().filter(|s| s.kind != named.kind).map(|s| s.kind.name).collect();
         (named.place, tied)

@@ -28,7 +28,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             priors: Priors::default(),
-            least_gain: 6.0,
+            least_gain: 4.0,
             least_share: 0.01,
             margin: 5.0,
             seen_of_holdout: 0.3,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::controller::Controller;
 use crate::physics::{self, UnitNames};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
@@ -27,8 +28,8 @@ pub struct Case<'a> {
     pub holdout: Option<&'a Signals>,
     /// The recording's file.
     pub recording: &'a Path,
-    /// The loop's file.
-    pub loop_file: &'a Path,
+    /// The loop's file; none where nothing was stated.
+    pub loop_file: Option<&'a Path>,
     /// The second recording's file.
     pub holdout_file: Option<&'a Path>,
     /// What the recordings call their signals.
@@ -172,6 +173,14 @@ impl Writing<'_> {
         Layer::signal(name, colour, clock.axis(signals.start_s), clock.axis_length(signals.sample_time_s), x)
     }
 
+    /// What stands for a loop file where there is none.
+    fn loop_found(&self) -> String {
+        match self.found.nominal.controller {
+            Controller::Recorded => "none: u follows no law of the loop file, the plant is identified".into(),
+            ref law => format!("none: u follows a {} law, the plant is identified", law.kind()),
+        }
+    }
+
     fn facts(&self) -> Vec<(String, String)> {
         let length = |signals: &Signals| {
             format!(
@@ -183,7 +192,7 @@ impl Writing<'_> {
         let case = self.case;
         let mut facts = vec![
             ("Recording".into(), format!("{}, {}", case.recording.display(), length(case.train))),
-            ("Loop".into(), case.loop_file.display().to_string()),
+            ("Loop".into(), case.loop_file.map_or_else(|| self.loop_found(), |file| file.display().to_string())),
         ];
         if self.found.not_used > 0 {
             let text =

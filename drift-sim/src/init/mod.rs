@@ -52,21 +52,7 @@ impl Proposal {
 /// # Errors
 /// Fewer than 100 samples, or a y or u that never changes: no loop can be read off such a recording.
 pub fn propose(recording: &Recording) -> Result<Proposal> {
-    let open = Loop {
-        sample_time_s: recording.sample_time_s,
-        units: Units::default(),
-        controller: Controller::Recorded,
-        plant: Plant::Identify,
-        sensor: Sensor::default(),
-        inputs: Vec::new(),
-        physics: Vec::new(),
-    };
-    let signals = Signals::new(recording, &open)?;
-    if signals.u.iter().all(|u| *u == 0.0) || deviation(&signals.u) <= 1e-12 * largest(&signals.u) {
-        return Err(Error::new("u never changes")
-            .allowed("a recording in which the loop moves")
-            .in_file(&recording.name));
-    }
+    let (open, signals) = open(recording)?;
     let mut proposal = Proposal {
         model: open,
         about_loop: vec![format!(
@@ -89,6 +75,37 @@ pub fn propose(recording: &Recording) -> Result<Proposal> {
     proposal.find_plant(&signals);
     proposal.find_window(recording);
     Ok(proposal)
+}
+
+/// A loop of which nothing is stated, as far as its law tells without a plant: the law that the recording states, or that its u follows, and
+/// `recorded` where none does. The plant is left open.
+///
+/// # Errors
+/// As [`propose`].
+pub fn with_law_alone(recording: &Recording) -> Result<Loop> {
+    let (open, signals) = open(recording)?;
+    let law = recording.stated_law.clone().unwrap_or_else(|| control_law::find(&open, &signals).controller);
+    Ok(Loop { controller: law, ..open })
+}
+
+/// A loop with law and plant left open, and the recording's signals.
+fn open(recording: &Recording) -> Result<(Loop, Signals)> {
+    let open = Loop {
+        sample_time_s: recording.sample_time_s,
+        units: Units::default(),
+        controller: Controller::Recorded,
+        plant: Plant::Identify,
+        sensor: Sensor::default(),
+        inputs: Vec::new(),
+        physics: Vec::new(),
+    };
+    let signals = Signals::new(recording, &open)?;
+    if signals.u.iter().all(|u| *u == 0.0) || deviation(&signals.u) <= 1e-12 * largest(&signals.u) {
+        return Err(Error::new("u never changes")
+            .allowed("a recording in which the loop moves")
+            .in_file(&recording.name));
+    }
+    Ok((open, signals))
 }
 
 impl Proposal {

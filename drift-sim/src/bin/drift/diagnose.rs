@@ -8,8 +8,10 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, diagnose, page, report};
+use drift_sim::init;
 use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames};
+use drift_sim::recording::Recording;
 use drift_sim::report::command_line;
 use drift_sim::sentences::{self, Clock, ends, fit, measured, plain};
 use drift_sim::terminal::Terminal;
@@ -23,15 +25,17 @@ use crate::sparkline;
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
+  drift diagnose recording.csv
+  drift diagnose now.csv --healthy then.csv
   drift diagnose recording.csv --loop loop.toml
   drift diagnose recording.csv --loop loop.toml --model improved.toml --report page.html
   drift diagnose faulty.csv --loop loop.toml --healthy monday.csv tuesday.csv")]
 pub struct Arguments {
     /// The recording, in any of the formats
     recording: PathBuf,
-    /// What is known of the loop
+    /// What is known of the loop; without it the law is looked for in the (first healthy) recording, and the plant is identified
     #[arg(long = "loop", value_name = "LOOP.toml")]
-    loop_file: PathBuf,
+    loop_file: Option<PathBuf>,
     /// A second recording, for the proof; without it the last 30 % of the first are held out
     #[arg(long, value_name = "REC.csv")]
     holdout: Option<PathBuf>,
@@ -52,22 +56,25 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
-    let mut inputs: Vec<&Path> = vec![&arguments.recording, &arguments.loop_file];
-    inputs.extend(arguments.holdout.iter().chain(&arguments.healthy).map(PathBuf::as_path));
+    let mut inputs: Vec<&Path> = vec![&arguments.recording];
+    let others = arguments.loop_file.iter().chain(&arguments.holdout).chain(&arguments.healthy);
+    inputs.extend(others.map(PathBuf::as_path));
     let named = [
         ("--json", arguments.json.as_deref()),
         ("--model", arguments.model.as_deref()),
         ("--report", arguments.report.as_deref()),
     ];
     let mut outputs = Outputs::checked(&named, &inputs)?;
-    let model = Loop::read(&arguments.loop_file)?;
-    let inputs = || model.inputs.iter().map(|input| input.column.clone()).collect();
+    let stated = arguments.loop_file.as_deref().map(Loop::read).transpose()?;
+    let columns: Vec<String> =
+        stated.iter().flat_map(|model| &model.inputs).map(|input| input.column.clone()).collect();
+    let recording = arguments.reading.read(&arguments.recording, columns.clone())?;
+    let model = stated.map_or_else(|| arguments.shown_loop(&recording), Ok)?;
     let with_clock = |path: &Path| -> Result<(Signals, Clock)> {
-        let recording = arguments.reading.read(path, inputs())?;
+        let recording = arguments.reading.read(path, columns.clone())?;
         Ok((Signals::new(&recording, &model)?, recording.clock()))
     };
     let read = |path: &Path| with_clock(path).map(|(signals, _)| signals);
-    let recording = arguments.reading.read(&arguments.recording, inputs())?;
     let train = Signals::new(&recording, &model)?;
     let (clock, start_s) = (recording.clock(), train.start_s - train.origin_s);
     let holdout = arguments.holdout.as_deref().map(with_clock).transpose()?;
@@ -88,7 +95,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
             train: &train,
             holdout: holdout.as_ref(),
             recording: &arguments.recording,
-            loop_file: &arguments.loop_file,
+            loop_file: arguments.loop_file.as_deref(),
             holdout_file: arguments.holdout.as_deref(),
             columns: &recording.columns,
             clock,
@@ -111,6 +118,16 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         output::write_text(Path::new("-"), &text)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    /// What stands for a loop file: the law alone that the first healthy recording shows, or this one.
+    fn shown_loop(&self, recording: &Recording) -> Result<Loop> {
+        match self.healthy.first() {
+            Some(healthy) => init::with_law_alone(&self.reading.read(healthy, Vec::new())?),
+            None => init::with_law_alone(recording),
+        }
+    }
 }
 
 /// An improvement below, in percentage points, is nothing that a reader could use.

@@ -100,11 +100,11 @@ async function page({ call, listeners, downloads }, url, { width, height, dark =
     await send("Input.dispatchKeyEvent", { type: text ? "keyDown" : "rawKeyDown", text, ...code });
     await send("Input.dispatchKeyEvent", { type: "keyUp", ...code });
   };
-  /** Gives files to a file input, as its dialog does. */
-  const choose = async (selector, files) => {
-    const { root } = await send("DOM.getDocument");
-    const { nodeId } = await send("DOM.querySelector", { nodeId: root.nodeId, selector });
-    await send("DOM.setFileInputFiles", { nodeId, files });
+  /** Chooses files in the dialog that an action opens; it has to be intercepted (`Page.setInterceptFileChooserDialog`). */
+  const choosing = async (files, action) => {
+    const opened = new Promise((resolve) => listeners.push(({ method, params }) => { if (method === "Page.fileChooserOpened") resolve(params); }));
+    await action();
+    await send("DOM.setFileInputFiles", { backendNodeId: (await opened).backendNodeId, files });
   };
   /** Clicks on a link and reads the file that the browser saves. */
   const download = async (selector) => {
@@ -119,5 +119,5 @@ async function page({ call, listeners, downloads }, url, { width, height, dark =
     return Buffer.from(data, "base64");
   };
   const shut = () => call("Target.closeTarget", { targetId });
-  return { value, framed, until, drop, press, choose, download, screenshot, send, requests, faults, frames, shut };
+  return { value, framed, until, drop, press, choosing, download, screenshot, send, requests, faults, frames, shut };
 }

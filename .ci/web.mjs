@@ -1,7 +1,7 @@
 // The checks of `.ci/web`: web.mjs BROWSER PAGE FOLDER DRIFT [SHOTS]. FOLDER holds recordings and loop files; the command DRIFT says what is right.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { closeSync, mkdirSync, openSync, readFileSync, rmSync, truncateSync, writeFileSync, writeSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { start } from "./chromium.mjs";
@@ -38,8 +38,8 @@ const quiet = (page) => {
 };
 
 const checks = {
-  /** One recording and a loop file, dropped: the command's page, loop file and JSON, to the byte. */
-  async "one recording, dropped"(open) {
+  /** One recording and a loop file, dropped: the command's page, loop file and JSON. */
+  async "one recording and a loop file, dropped"(open) {
     const page = await open(WIDE);
     await page.value(click("[name=mode][value=one]"));
     await page.drop("#zone-now", [at("servo.csv")]);
@@ -50,10 +50,131 @@ const checks = {
     await page.until(shown("work"), 5);
     await page.until(shown("answer"), SECONDS);
     await same(page, "drift diagnose servo.csv --loop servo.toml --report page.html");
-    await page.until(text(".badge").concat(` === "Cause found"`), 20, page.framed);
-    await page.framed(`document.querySelector("nav a").click()`);
+    await page.until(`${text(".badge")} === "Cause found"`, 20, page.framed);
+    await page.framed(click("nav a"));
     await page.until("scrollY > 300", 5, page.framed);
     await shot(page, "one-answer-1280");
+    quiet(page);
+  },
+
+  /** Two recordings dropped together, on a telephone's width and dark: what changed? The page stays alive while it works. */
+  async "two recordings, narrow and dark"(open) {
+    const page = await open({ ...NARROW, dark: true });
+    await fits(page, "at first");
+    await shot(page, "first-400-dark", true);
+    await page.drop("#zone-before", [at("healthy.csv"), at("worn.csv")]);
+    await page.until(ENABLED);
+    assert.equal(await page.value(text("#seen-before b")), "healthy.csv");
+    await fits(page, "with two recordings");
+    await shot(page, "two-400-dark", true);
+    await page.value(`{ let last = performance.now(); globalThis.longest = 0;
+      setInterval(() => { const now = performance.now(); longest = Math.max(longest, now - last); last = now; }, 10); }`);
+    await page.value(click("#diagnose"));
+    await page.until(`/\\d+ of \\d+, \\d+ s/.test(${text("#stage")})`, SECONDS);
+    await shot(page, "work-400-dark");
+    await page.until(shown("answer"), SECONDS);
+    const longest = await page.value("longest");
+    assert(longest < 1000, `the page stood still for ${longest} ms`);
+    await same(page, "drift diagnose worn.csv --healthy healthy.csv --report page.html");
+    await page.until(`${text(".badge")} === "Cause found"`, 20, page.framed);
+    assert.equal(await page.framed("document.documentElement.scrollWidth <= innerWidth"), true);
+    await shot(page, "two-answer-400-dark");
+    quiet(page);
+  },
+
+  /** The example: usual names are guessed, what is asked reaches the reader, and a wrong word is the reader's line. */
+  async "the example"(open) {
+    const page = await open(WIDE);
+    await shot(page, "first-1280", true);
+    await page.value(click("#example"));
+    await page.until(ENABLED);
+    await page.until(`/y = 'PV'/.test(${text("#seen-before")}) && /y = 'PV'/.test(${text("#seen-now")})`);
+    const say = (id, value) => page.value(`{ const field = document.getElementById("${id}"); field.value = "${value}"; field.dispatchEvent(new Event("change")); }`);
+    await say("sample_time", "-1");
+    await page.until(`${text("#seen-now .wrong")} === "sample time: '-1'; a number of seconds above 0"`);
+    assert.equal(await page.value(ENABLED), false);
+    await say("sample_time", "");
+    await say("when", "OP<48");
+    await page.until(`/% of the rows/.test(${text("#seen-now dl")}) && ${ENABLED}`);
+    await shot(page, "example-1280", true);
+    quiet(page);
+  },
+
+  /** Keyboard alone: the columns have names that nobody can guess, the loop file is proposed, the work is stopped and begun again. */
+  async "keyboard alone"(open) {
+    const page = await open(WIDE);
+    await page.send("Page.setInterceptFileChooserDialog", { enabled: true });
+    const focus = () => page.value(`(document.activeElement.dataset.signal ?? document.activeElement.id) || document.activeElement.value`);
+    /** Tabs on until it is reached. */
+    const reach = async (wanted) => {
+      for (let i = 0; i < 60; i++) {
+        if ((await focus()) === wanted) return;
+        await page.press("Tab");
+      }
+      throw new Error(`no Tab leads to ${wanted}`);
+    };
+    await reach("two");
+    await page.press("ArrowDown");
+    assert.equal(await page.value(`document.querySelector("[name=mode]:checked").value`), "one");
+    await reach("file-now");
+    await page.choosing([at("unnamed.csv")], () => page.press("Enter"));
+    await page.until(`/No column is called like y or u/.test(${text("#seen-now")})`);
+    await shot(page, "columns-1280", true);
+    assert.equal(await page.value(ENABLED), false);
+    for (const [signal, column] of [["r", "a"], ["y", "b"], ["u", "c"]]) {
+      await reach(signal);
+      await page.press(column);
+      await page.until(`document.querySelector("[data-signal=${signal}]").selectedOptions[0].textContent === "${column}"`);
+    }
+    await page.until(ENABLED);
+    await reach("nothing");
+    await page.press("ArrowDown");
+    await reach("propose");
+    await page.press("Enter");
+    await page.until(`document.getElementById("loop").value.includes("[plant]")`, SECONDS);
+    const toml = await page.value(`document.getElementById("loop").value`);
+    execFileSync(drift, ["init", "unnamed.csv", "--columns", "r=a,y=b,u=c", "-o", "proposed.toml"], { cwd: folder, stdio: "ignore" });
+    assert.equal(toml, readFileSync(at("proposed.toml"), "utf8"));
+    await shot(page, "proposed-1280", true);
+    await page.until(ENABLED);
+    await reach("diagnose");
+    await page.press("Enter");
+    await page.until(shown("work"), 5);
+    await reach("stop");
+    await page.press("Enter");
+    await page.until(`${text("#wrong")} === "Stopped." && ${ENABLED}`, 5);
+    assert.equal(await focus(), "diagnose");
+    await page.press("Enter");
+    await page.until(shown("answer"), SECONDS);
+    quiet(page);
+  },
+
+  /** What can't be read is one line, the command's; what is too large is refused, what is large is read. */
+  async "bad, huge and large files"(open) {
+    const page = await open(NARROW);
+    await page.value(click("[name=mode][value=one]"));
+    writeFileSync(at("bad.csv"), "t,r,y,u\n0,1,1,1\n1,1,<img src=x onerror=alert(1)>,1\n");
+    await page.drop("#zone-now", [at("bad.csv")]);
+    await page.until(`${text("#seen-now .wrong")}.startsWith("bad.csv:3: ")`);
+    assert.equal(await page.value(`document.querySelector("#seen-now img")`), null);
+    await fits(page, "with an error");
+    await shot(page, "bad-400", true);
+    writeFileSync(at("huge.csv"), "");
+    truncateSync(at("huge.csv"), 300_000_001);
+    await page.drop("#zone-now", [at("huge.csv")]);
+    await page.until(`/at most 300 MB/.test(${text("#seen-now .wrong")})`, 10);
+    // 100 MB of rows.
+    const rows = Array.from({ length: 50_000 }, (_, i) => `${(i % 100) / 10},${(Math.sin(i) * 9).toFixed(12)},${Math.cos(i).toFixed(14)}\n`).join("");
+    const file = openSync(at("large.csv"), "w");
+    writeSync(file, "r,y,u\n");
+    for (let written = 0; written < 100e6; written += rows.length) writeSync(file, rows);
+    closeSync(file);
+    await page.value(`document.getElementById("sample_time").value = "0.5"`);
+    await page.drop("#zone-now", [at("large.csv")]);
+    await page.until(`/takes minutes/.test(${text("#seen-now")}) && document.querySelector("#seen-now svg")`, SECONDS);
+    await page.until(ENABLED, 5);
+    rmSync(at("huge.csv"));
+    rmSync(at("large.csv"));
     quiet(page);
   },
 };

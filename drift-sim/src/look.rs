@@ -79,7 +79,7 @@ pub fn stretches_of(seen: &Overview) -> Vec<(&'static str, String)> {
     facts
 }
 
-/// r and y over u, with the stretches by hand.
+/// r and y over u, with the stretches by hand; no panel where no column seems to be one of them.
 pub fn figure(seen: &Overview) -> Figure {
     let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
     let clock = Clock::new(None, last - first);
@@ -93,20 +93,24 @@ pub fn figure(seen: &Overview) -> Figure {
         name: if i == 0 { "not closed".into() } else { String::new() },
         colour: Colour::Yellow,
     });
-    let mut outputs: Vec<Layer> = by_hand.collect();
-    if seen.r.iter().any(|r| !r.is_nan()) {
-        outputs.push(line("r", Colour::Green, &seen.r));
+    let there = |values: &[f64]| values.iter().any(|value| !value.is_nan());
+    let [r, y, u] = seen.columns.labels();
+    let mut shown = vec![("r", r, Colour::Green, &seen.r), ("y", y, Colour::Blue, &seen.y)];
+    shown.retain(|(_, _, _, values)| there(values));
+    let mut panels = Vec::new();
+    if !shown.is_empty() {
+        let y_label = shown.iter().map(|(_, label, _, _)| label.as_str()).collect::<Vec<_>>().join(" and ");
+        let lines = shown.iter().map(|(name, _, colour, values)| line(name, *colour, values));
+        panels.push(Panel { y_label, layers: by_hand.chain(lines).collect(), ..Panel::default() });
     }
-    outputs.push(line("y", Colour::Blue, &seen.y));
-    let [_, y, u] = seen.columns.labels();
-    let efforts = vec![line("u", Colour::Vermilion, &seen.u)];
-    Figure::stacked(
-        "",
-        vec![
-            Panel { y_label: format!("r and {y}"), layers: outputs, ..Panel::default() },
-            Panel { y_label: u, x_label: clock.label().into(), layers: efforts, ..Panel::default() },
-        ],
-    )
+    if there(&seen.u) {
+        let layers = vec![line("u", Colour::Vermilion, &seen.u)];
+        panels.push(Panel { y_label: u, layers, ..Panel::default() });
+    }
+    if let Some(lowest) = panels.last_mut() {
+        lowest.x_label = clock.label().into();
+    }
+    Figure::stacked("", panels)
 }
 
 /// The step to put uneven rows on a grid with, s, as the reader that refused them suggests it.

@@ -9,6 +9,8 @@
   };
   /** Bytes of a recording that are read here; the program's memory is a browser's. */
   const LARGEST = 300e6, LARGEST_LOOP = 10e6;
+  /** From here on a diagnosis takes longer than one waits for. */
+  const MANY_ROWS = 150_000;
   const SIGNALS = [["t", "time"], ["r", "set-point"], ["y", "measured"], ["u", "controller output"]];
   const megabytes = (bytes) => `${Math.round(bytes / 1e6)} MB`;
 
@@ -44,7 +46,7 @@
     },
 
     /** Calls it; `files` are those that it may read. Progress goes to `hears`. */
-    call(name, values, files, hears = () => {}) {
+    call(name, values, files, hears = this.hears) {
       if (!this.worker) this.begin();
       const number = ++this.last;
       return new Promise((resolve, reject) => {
@@ -133,6 +135,7 @@
     shown.replaceChildren();
     place.zone.classList.toggle("full", !!file);
     if (file) make("p", shown).append(make("b", null, { textContent: file.name }));
+    place.input.parentElement.firstChild.data = file ? "Choose another" : "Choose a file";
     if (place.reading) make("p", shown, { className: "note", textContent: "Reading …" });
     if (place.error) make("p", shown, { className: "line wrong", textContent: place.error, role: "alert" });
     if (seen) {
@@ -140,7 +143,9 @@
       const list = make("dl", shown);
       for (const [name, text] of seen.facts) { make("dt", list, { textContent: name }); make("dd", list, { textContent: text }); }
       for (const note of seen.notes) make("p", shown, { className: "note", textContent: note });
-      const lacks = seen.lacks ?? seen.uneven;
+      if (seen.rows > MANY_ROWS) make("p", shown, { className: "note", textContent: `A diagnosis of ${seen.rows} rows takes minutes here; it can be stopped. A part of the recording in which much happens tells as much.` });
+      const open = ["y", "u"].filter((letter) => !seen.columns[letter]);
+      const lacks = seen.lacks ? `No column is called like ${open.join(" or ")}: choose ${open.length > 1 ? "them" : "it"} below.` : seen.uneven;
       if (lacks) make("p", shown, { className: "line wrong soft", textContent: lacks });
       if (!seen.lacks && seen.uneven && seen.step) {
         const grid = make("button", shown, { type: "button", textContent: `Put the rows on a grid of ${seen.step} s` });
@@ -183,16 +188,16 @@
 
   /** What is still needed before it can be diagnosed. */
   const ready = () => {
-    const missing = used().filter((place) => !place.file).map((place) => place.zone.querySelector("h3").textContent.toLowerCase());
+    const missing = used().filter((place) => !place.file).map((place) => (!isComparing() ? "a recording" : place === places.before ? "a recording of then" : "a recording of now"));
     const faulty = loaded().find((place) => place.error || place.seen?.lacks || place.seen?.uneven);
-    const lacks = missing.length ? `Still needed: ${missing.map((what) => `a recording, ${what}`).join("; ")}.`
+    const lacks = missing.length ? `Still needed: ${missing.join(" and ")}.`
       : faulty ? `${faulty.file.name} can't be read like this yet.`
       : used().some((place) => place.reading) ? "Reading …"
       : isStated() && !find("loop").value.trim() ? "Still needed: the loop file." : "";
     find("lacks").textContent = state.busy ? "" : lacks;
     find("diagnose").disabled = state.busy || !!lacks;
     find("swap").hidden = !isComparing() || loaded().length === 0;
-    find("example").hidden = loaded().length > 0;
+    find("example").hidden = find("example-note").hidden = loaded().length > 0;
     find("propose").disabled = state.busy || !loaded().some((place) => place.seen && !place.seen.lacks && !place.seen.uneven);
     find("stated").hidden = !isStated();
   };
@@ -250,6 +255,12 @@
     place.input.addEventListener("change", () => { if (place.input.files.length) takeAll([...place.input.files], place); });
   }
   find("file-loop").addEventListener("change", ({ target }) => { if (target.files.length) takeLoop(target.files[0]); target.value = ""; });
+  find("example").addEventListener("click", async () => {
+    const made = await program.call("example", [], []).catch((refused) => wrong(refused.message));
+    if (!made) return;
+    const files = ["healthy", "worn"].map((name, i) => new File([made[name]], `${name}.csv`, { lastModified: i }));
+    if (isComparing()) takeAll(files); else takeAll(files.slice(1));
+  });
   find("swap").addEventListener("click", () => {
     const { before, now } = places;
     const kept = ({ file, seen, error, reading }) => ({ file, seen, error, reading });
@@ -269,8 +280,8 @@
 
   // ---- Work, and the answer.
 
-  /** Runs long work with a bar, a clock and a way to stop it. */
-  const work = async (name, values, files) => {
+  /** Runs long work with a bar, a clock and a way to stop it; the button that began it has the focus again at its end. */
+  const work = async (button, name, values, files) => {
     const begun = performance.now();
     let stage = "reading", steps = 0, most = 0;
     const tell = () => {
@@ -297,14 +308,15 @@
       state.busy = false;
       find("work").hidden = true;
       ready();
+      button.focus();
     }
   };
-  find("stop").addEventListener("click", () => { program.end("Stopped."); find("diagnose").focus(); });
+  find("stop").addEventListener("click", () => program.end("Stopped."));
 
-  find("propose").addEventListener("click", async () => {
+  find("propose").addEventListener("click", async ({ currentTarget: button }) => {
     const place = loaded()[0];
     try {
-      const said = await work("propose", [place.file.number, place.file.name, JSON.stringify(asked())], [place.file]);
+      const said = await work(button, "propose", [place.file.number, place.file.name, JSON.stringify(asked())], [place.file]);
       state.loop_name = "loop.toml";
       find("loop").value = said.toml;
       find("loop-note").textContent = `Proposed from ${place.file.name}; the lines with # say how, and how sure it is. ${said.note ?? ""}`;
@@ -316,15 +328,15 @@
   });
 
   const name_of = ({ file }) => ({ number: file.number, name: file.name });
-  find("diagnose").addEventListener("click", async () => {
+  find("diagnose").addEventListener("click", async ({ currentTarget: button }) => {
     const { before, now } = places;
     const healthy = isComparing() ? [before] : [];
     const stated = isStated() ? [state.loop_name, find("loop").value] : null;
     const command = ["drift", "diagnose", now.file.name, ...healthy.flatMap((place) => ["--healthy", place.file.name]),
       ...(stated ? ["--loop", stated[0]] : []), ...options(), "--report", "page.html"];
-    const question = { recording: name_of(now.file ? now : before), holdout: null, healthy: healthy.map(name_of), stated, asked: asked(), command };
+    const question = { recording: name_of(now), holdout: null, healthy: healthy.map(name_of), stated, asked: asked(), command };
     try {
-      present(await work("diagnose", [JSON.stringify(question)], used().map((place) => place.file)), now.file.name);
+      present(await work(button, "diagnose", [JSON.stringify(question)], used().map((place) => place.file)), now.file.name);
     } catch (refused) {
       wrong(refused.message);
     }
@@ -361,7 +373,6 @@
     find("diagnose").focus();
   });
 
-  find("example").hidden = true;
   arrange();
   program.call("version", [], []).then((version) => { find("version").textContent = version; }, (refused) => wrong(refused.message));
 })();

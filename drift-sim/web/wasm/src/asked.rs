@@ -68,29 +68,3 @@ fn seconds(what: &str, text: &str) -> Result<Option<f64>> {
         .map(Some)
         .ok_or_else(|| Error::new(format!("{what}: '{text}'")).allowed("a number of seconds above 0"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_said_reaches_the_reader() {
-        let asked =
-            Asked::parse(r#"{"columns": "y=PV,u=OP", "resample": " 0.5 ", "when": ["mode=AUTO", ""]}"#);
-        let options = asked.and_then(|asked| asked.options(true)).unwrap();
-        assert_eq!(
-            (options.columns.y.as_str(), options.resample_s, options.when.len()),
-            ("PV", Some(0.5), 1)
-        );
-        assert!(options.incomplete && options.sample_time_s.is_none());
-    }
-
-    #[test]
-    fn a_wrong_word_is_one_line() {
-        let says =
-            |text: &str| Asked::parse(text).and_then(|asked| asked.options(false)).unwrap_err().to_string();
-        assert_eq!(says(r#"{"sample_time": "-1"}"#), "sample time: '-1'; a number of seconds above 0");
-        assert!(says(r#"{"repeated": "all"}"#).contains("refuse, first, last, mean"));
-        assert!(says("{").starts_with("how to read it"));
-    }
-}

@@ -3,10 +3,10 @@
 
 mod asked;
 mod dropped;
+mod example;
 
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnosed::{Question, Read};
-use drift_sim::plot::Figure;
 use drift_sim::recording::{Overview, Recording};
 use drift_sim::report::Proof;
 use drift_sim::stage::{self, Stage};
@@ -46,6 +46,17 @@ pub fn version() -> String {
     format!("\"{}\"", drift_sim::VERSION)
 }
 
+/// Two recordings of a loop as CSV, to try the page on.
+///
+/// # Errors
+/// They can't be simulated, which nothing is known to cause.
+#[wasm_bindgen(js_name = example)]
+pub fn example_recordings() -> std::result::Result<String, String> {
+    said(|| {
+        Ok(json!({"healthy": example::recording(0.0, 1)?, "worn": example::recording(example::LOSS, 3)?}))
+    })
+}
+
 /// What is in a file and what was guessed; `asked` is [`Asked`] as JSON.
 ///
 /// # Errors
@@ -71,14 +82,9 @@ pub fn look_at(file: u32, name: &str, asked: &str) -> std::result::Result<String
             "lacks": seen.lacks,
             "uneven": seen.sampling.as_ref().and_then(|sampling| sampling.as_ref().err()).map(ToString::to_string),
             "step": look::suggested_step(&seen),
-            "picture": shown(&picture.figure).then(|| picture.to_html(&format!("look{file}"))),
+            "picture": (!picture.figure.panels.is_empty()).then(|| picture.to_html(&format!("look{file}"))),
         }))
     })
-}
-
-/// Whether there is anything to draw.
-fn shown(figure: &Figure) -> bool {
-    figure.panels.iter().any(|panel| !panel.layers.is_empty())
 }
 
 /// A loop file proposed from a recording alone.

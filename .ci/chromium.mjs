@@ -46,21 +46,27 @@ async function page({ call, listeners, downloads }, url, { width, height, dark =
   const { targetId } = await call("Target.createTarget", { url: "about:blank" });
   const { sessionId } = await call("Target.attachToTarget", { targetId, flatten: true });
   const send = (method, params) => call(method, params, sessionId);
-  const requests = [], faults = [], frames = new Map();
+  const requests = [], faults = [];
+  /** What is in the page: workers and frames that have a session of their own, by what they are. */
+  const within = new Map();
+  /** Where an expression is evaluated in the frame within the page: a session and a context in it. */
+  let frame = [sessionId, undefined];
   listeners.push(({ method, params, sessionId: from }) => {
-    if (from !== sessionId && ![...frames.values()].includes(from)) return;
+    if (from !== sessionId && !within.has(from)) return;
+    if (method === "Runtime.executionContextCreated" && params.context.auxData?.isDefault && params.context.auxData.frameId !== targetId && within.get(from) !== "worker") {
+      frame = [from, params.context.id];
+    }
     if (method === "Network.requestWillBeSent") requests.push(params.request.url);
     if (method === "Runtime.exceptionThrown") faults.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
     if (method === "Runtime.consoleAPICalled") faults.push(params.args.map((arg) => arg.value ?? arg.description).join(" "));
     if (method === "Log.entryAdded") faults.push(params.entry.text);
-    // Workers and frames of another origin are watched like the page itself.
+    // They are watched like the page itself.
     if (method === "Target.attachedToTarget") {
-      const { sessionId: inner, targetInfo: { type } } = params;
-      frames.set(type, inner);
+      const { sessionId: inner, targetInfo } = params;
+      within.set(inner, targetInfo.type);
       for (const domain of ["Network", "Runtime", "Log"]) call(`${domain}.enable`, {}, inner).catch(() => {});
       call("Runtime.runIfWaitingForDebugger", {}, inner).catch(() => {});
     }
-    if (method === "Target.detachedFromTarget") for (const [type, inner] of frames) if (inner === params.sessionId) frames.delete(type);
   });
   for (const domain of ["Page", "Network", "Runtime", "Log", "DOM"]) await send(`${domain}.enable`);
   await send("Target.setAutoAttach", { autoAttach: true, waitForDebuggerOnStart: true, flatten: true });
@@ -71,16 +77,16 @@ async function page({ call, listeners, downloads }, url, { width, height, dark =
   await loaded;
 
   /** The value of an expression, in the page or in the frame within it. */
-  const value = async (expression, within = sessionId) => {
-    const { result, exceptionDetails } = await call("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true }, within);
+  const value = async (expression, [session, contextId] = [sessionId, undefined]) => {
+    const { result, exceptionDetails } = await call("Runtime.evaluate", { expression, contextId, awaitPromise: true, returnByValue: true }, session);
     if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`);
     return result.value;
   };
-  const framed = (expression) => value(expression, frames.get("iframe") ?? sessionId);
+  const framed = (expression) => value(expression, frame);
   /** Waits until it holds. */
-  const until = async (expression, seconds = 60, within = value) => {
+  const until = async (expression, seconds = 60, where = value) => {
     for (const end = Date.now() + 1000 * seconds; Date.now() < end;) {
-      if (await within(expression).catch(() => false)) return;
+      if (await where(expression).catch(() => false)) return;
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
     throw new Error(`after ${seconds} s it does not hold: ${expression}`);
@@ -119,5 +125,5 @@ async function page({ call, listeners, downloads }, url, { width, height, dark =
     return Buffer.from(data, "base64");
   };
   const shut = () => call("Target.closeTarget", { targetId });
-  return { value, framed, until, drop, press, choosing, download, screenshot, send, requests, faults, frames, shut };
+  return { value, framed, until, drop, press, choosing, download, screenshot, send, requests, faults, shut };
 }

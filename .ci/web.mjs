@@ -159,6 +159,10 @@ const checks = {
     assert.equal(await page.value(`document.querySelector("#seen-now img")`), null);
     await fits(page, "with an error");
     await shot(page, "bad-400", true);
+    // Another column is y: said in words, as no column can be chosen of a file that can't be read.
+    await page.value(`{ const field = document.getElementById("columns_said"); field.value = "y=u"; field.dispatchEvent(new Event("change")); }`);
+    await page.until(`document.querySelector("#seen-now dl")`);
+    await page.value(`document.getElementById("columns_said").value = ""`);
     writeFileSync(at("huge.csv"), "");
     truncateSync(at("huge.csv"), 300_000_001);
     await page.drop("#zone-now", [at("huge.csv")]);
@@ -179,14 +183,22 @@ const checks = {
   },
 };
 
-/** What the page saves equals what the command writes. */
+/** What the page saves equals what the command writes, to the byte; gains of causes that lost may differ from the seventh digit on. */
 async function same(page, command) {
   const right = byCommand(command);
   for (const part of ["page", "model", "json"]) {
-    const ours = await page.download(`#save-${part}`);
-    const theirs = part === "json" ? right.json.replace(/"model": "answer.toml"/, `"model": null`) : right[part].replace(" --json answer.json --model answer.toml", "");
+    let ours = await page.download(`#save-${part}`);
+    let theirs = part === "json" ? right.json.replace(/"model": "answer.toml"/, `"model": null`) : right[part].replace(" --json answer.json --model answer.toml", "");
+    if (part === "json") [ours, theirs] = [ours, theirs].map(withoutSmallestDigits);
     assert(ours === theirs, `${part}: ${difference(ours, theirs)}`);
   }
+}
+
+/** Gains of rivals and candidates to six digits: the C library of the command's machine and the browser's code round some functions apart. */
+function withoutSmallestDigits(json) {
+  const document = JSON.parse(json);
+  for (const cause of [...document.rivals, ...document.candidates]) cause.gain = Number(cause.gain.toPrecision(6));
+  return JSON.stringify(document);
 }
 
 /** Where two texts first differ. */

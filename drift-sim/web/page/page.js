@@ -80,9 +80,10 @@
   const written = (name, names) => (/[,="+]/.test(name) ? String(names.indexOf(name) + 1) : name);
   const asked = () => {
     const names = loaded().find((place) => place.seen)?.seen.names ?? [];
-    const columns = SIGNALS.map(([letter]) => letter).filter((letter) => letter in state.columns)
-      .map((letter) => `${letter}=${written(state.columns[letter], names)}`).join(",");
     const value = (id) => find(id).value.trim();
+    const chosen = SIGNALS.map(([letter]) => letter).filter((letter) => letter in state.columns)
+      .map((letter) => `${letter}=${written(state.columns[letter], names)}`).join(",");
+    const columns = value("columns_said") || chosen;
     const when = value("when") ? [value("when")] : [];
     return { columns, sample_time: value("sample_time"), resample: value("resample"), when, repeated: value("repeated"), dates: value("dates") };
   };
@@ -177,6 +178,7 @@
       seen.names.forEach((name, i) => { if (name) make("option", select, { value: `c${i}`, textContent: name }); });
       select.value = said === undefined ? "guess" : said === "" ? "none" : `c${seen.names.indexOf(said)}`;
       select.addEventListener("change", () => {
+        find("columns_said").value = "";
         if (select.value === "guess") delete state.columns[letter];
         else state.columns[letter] = select.value === "none" ? "" : seen.names[Number(select.value.slice(1))];
         if (letter === "t" && select.value === "none" && !find("sample_time").value) find("more").open = true;
@@ -276,7 +278,7 @@
   find("mode").addEventListener("change", () => { arrange(); lookAgain(); });
   find("known").addEventListener("change", ready);
   find("loop").addEventListener("input", ready);
-  for (const id of ["sample_time", "resample", "when", "repeated", "dates"]) find(id).addEventListener("change", lookAgain);
+  for (const id of ["columns_said", "sample_time", "resample", "when", "repeated", "dates"]) find(id).addEventListener("change", lookAgain);
 
   // ---- Work, and the answer.
 
@@ -358,17 +360,24 @@
       ["save-model", link(said.model, "text/plain;charset=utf-8"), `${stem}.improved.toml`],
       ["save-json", link(said.json, "application/json"), `${stem}.diagnosis.json`],
     ]) Object.assign(find(id), { href: url, download: file });
-    find("report").src = page;
+    find("report").srcdoc = said.page;
     find("setup").hidden = true;
     find("answer").hidden = false;
     document.title = said.title;
     scrollTo(0, 0);
     find("report").focus();
   };
+  // A link within the answer would lead to this page: a frame without an address of its own has its parent's.
+  find("report").addEventListener("load", ({ currentTarget: { contentDocument: within } }) => within.addEventListener("click", (event) => {
+    const place = event.target.closest("a")?.getAttribute("href")?.match(/^#(.+)/)?.[1];
+    if (!place) return;
+    event.preventDefault();
+    within.getElementById(place)?.scrollIntoView();
+  }));
   find("back").addEventListener("click", () => {
     find("answer").hidden = true;
     find("setup").hidden = false;
-    find("report").removeAttribute("src");
+    find("report").removeAttribute("srcdoc");
     document.title = "drift: what changed in this loop?";
     find("diagnose").focus();
   });

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { closeSync, mkdirSync, openSync, readFileSync, rmSync, truncateSync, writeFileSync, writeSync } from "node:fs";
+import { createServer } from "node:http";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { start } from "./chromium.mjs";
@@ -98,6 +99,23 @@ const checks = {
     await page.until(`/% of the rows/.test(${text("#seen-now dl")}) && ${ENABLED}`);
     await shot(page, "example-1280", true);
     quiet(page);
+  },
+
+  /** From a server as from a disk; the server is asked for the page and for nothing else. */
+  async "from a server"(open) {
+    const asked = [];
+    const server = createServer((request, response) => { asked.push(request.url); response.setHeader("content-type", "text/html").end(readFileSync(html)); });
+    await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
+    try {
+      const page = await open(WIDE, `http://127.0.0.1:${server.address().port}/`);
+      await page.drop("#zone-before", [at("healthy.csv")]);
+      await page.until(`document.querySelector("#seen-before svg")`);
+      assert.deepEqual(asked, ["/"]);
+      assert.deepEqual(page.faults, []);
+    } finally {
+      server.close();
+      server.closeAllConnections();
+    }
   },
 
   /** Keyboard alone: the columns have names that nobody can guess, the loop file is proposed, the work is stopped and begun again. */
@@ -214,7 +232,7 @@ let failed = 0;
 for (const [name, check] of Object.entries(checks)) {
   const begun = Date.now(), pages = [];
   try {
-    await check(async (size) => { const page = await browser.open(url, size); pages.push(page); return page; });
+    await check(async (size, from = url) => { const page = await browser.open(from, size); pages.push(page); return page; });
     console.log(`web: ${name}: ok, ${((Date.now() - begun) / 1000).toFixed(1)} s`);
   } catch (error) {
     failed += 1;

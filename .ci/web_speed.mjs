@@ -1,5 +1,5 @@
 // How much longer the page's program takes than the command on one core: web_speed.mjs PAGE DRIFT FOLDER MOST_TIMES RECORDING LOOP.
-// Both are run in turn, three times each, and the least processor time of each counts: a busy machine disturbs it least.
+// Both are run in turn, twice each, and the least processor time of each counts: a busy machine disturbs it least.
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -34,7 +34,7 @@ const native = () => {
   return user + system;
 };
 const least = { here: Infinity, native: Infinity };
-for (let turn = 0; turn < 3; turn++) {
+for (let turn = 0; turn < 2; turn++) {
   least.native = Math.min(least.native, native());
   least.here = Math.min(least.here, here());
 }

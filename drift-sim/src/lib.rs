@@ -11,7 +11,7 @@
 //! * [`mod@reference`], [`mod@simulate`]: what a loop is asked to do, and the sampled loop doing it.
 //! * [`design`]: exact run lengths of the detectors. [`calibrate`], [`baseline_file`]: the healthy relation and thresholds
 //!   that keep a promise. [`monitor`]: drift-core over a recording.
-//! * [`diagnose`]: locate, name, fit and prove missing physics. [`paper`]: the paper's tables and figures.
+//! * [`diagnose`]: locate, name, fit and prove missing physics; [`diagnosed`]: from recordings to what is written of it. [`paper`]: the paper's tables and figures.
 //! * [`plot`]: charts as SVG and as rows of text. [`sentences`]: what results say to people, the same on page, terminal and in
 //!   JSON. [`report`]: pages;
 //!   [`terminal`]: screens.
@@ -38,6 +38,7 @@ pub mod control_loop;
 pub mod controller;
 pub mod design;
 pub mod diagnose;
+pub mod diagnosed;
 pub mod error;
 pub mod estimate;
 pub mod init;
@@ -59,3 +60,6 @@ pub mod stage;
 pub mod terminal;
 
 pub use error::{Error, Result};
+
+/// The version of this library and of the command.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,9 +1,12 @@
-//! A file at a glance, in words and three small charts that fit a terminal of 80 columns, with the command to type next.
+//! A file at a glance, in words and three small charts: as a screen that fits a terminal of 80 columns, with the command to type next, and
+//! piece by piece for a page.
 
 use std::fmt::Write;
 
 use crate::plot::terminal::{mean, range, row, stretches};
+use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::{Overview, Span};
+use crate::sentences::Clock;
 use crate::terminal::Terminal;
 
 /// Columns that are listed by name.
@@ -20,45 +23,100 @@ pub fn screen(seen: &Overview, next: &str, terminal: &Terminal) -> String {
 }
 
 fn write_screen(out: &mut String, seen: &Overview, next: &str, terminal: &Terminal) -> std::fmt::Result {
-    let item = |out: &mut String, name: &str, text: &str| item(out, name, text, terminal);
-    let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
-    let rows = seen.t_s.len();
-    let about = format!("{}, {}, {}", seen.format, counted(rows, "row"), counted(seen.names.len(), "column"));
+    let item = |out: &mut String, (name, text): &(&str, String)| item(out, name, text, terminal);
     writeln!(out, "{}", printable(&seen.name))?;
-    item(out, "file", &format!("{about}; {} from t = {} s", lasting(last - first), short(first)))?;
-    item(out, "sampling", &sampling(seen))?;
-    if !seen.gaps.is_empty() {
-        let longest = seen.gaps.iter().copied().reduce(|a, b| if b.length_s > a.length_s { b } else { a });
-        let longest = longest.map_or_else(String::new, |gap| {
-            format!(", the longest of {} after t = {} s", lasting(gap.length_s), short(gap.from_s))
-        });
-        item(out, "gaps", &format!("{}{longest}", seen.gaps.len()))?;
-    }
-    item(out, "columns", &columns(seen))?;
+    about(seen).iter().try_for_each(|fact| item(out, fact))?;
     for note in &seen.notes {
-        item(out, "", note)?;
+        item(out, &("", note.clone()))?;
     }
     writeln!(out)?;
     for (name, values) in [("r", &seen.r), ("y", &seen.y), ("u", &seen.u)] {
         chart(out, name, values, terminal)?;
     }
     writeln!(out)?;
-    item(out, "manual", &spans(&seen.manual, rows))?;
+    stretches_of(seen).iter().try_for_each(|fact| item(out, fact))?;
+    if let Some(lacks) = &seen.lacks {
+        item(out, &("but", lacks.clone()))?;
+        return writeln!(out, "\nnext: drift look {} --columns {}", without_columns(next), seen.example);
+    }
+    if let Some(Err(error)) = &seen.sampling {
+        item(out, &("but", error.to_string()))?;
+    }
+    writeln!(out, "\nnext: drift init {} -o loop.toml", next_arguments(seen, next))
+}
+
+/// Format, length, sampling, gaps and columns: a name and what there is to say of each.
+pub fn about(seen: &Overview) -> Vec<(&'static str, String)> {
+    let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
+    let rows = seen.t_s.len();
+    let about = format!("{}, {}, {}", seen.format, counted(rows, "row"), counted(seen.names.len(), "column"));
+    let mut facts = vec![
+        ("file", format!("{about}; {} from t = {} s", lasting(last - first), short(first))),
+        ("sampling", sampling(seen)),
+    ];
+    if !seen.gaps.is_empty() {
+        let longest = seen.gaps.iter().copied().reduce(|a, b| if b.length_s > a.length_s { b } else { a });
+        let longest = longest.map_or_else(String::new, |gap| {
+            format!(", the longest of {} after t = {} s", lasting(gap.length_s), short(gap.from_s))
+        });
+        facts.push(("gaps", format!("{}{longest}", seen.gaps.len())));
+    }
+    facts.push(("columns", columns(seen)));
+    facts
+}
+
+/// Stretches by hand, and those in which u stays at an end: a name and what there is to say of each.
+pub fn stretches_of(seen: &Overview) -> Vec<(&'static str, String)> {
+    let rows = seen.t_s.len();
+    let mut facts = vec![("manual", spans(&seen.manual, rows))];
     let (low, high) = range(&seen.u);
     for (what, value, at) in [("lowest", low, &seen.at_limit[0]), ("highest", high, &seen.at_limit[1])] {
         if !at.is_empty() {
             let of = spans(at, rows);
-            item(out, "limit", &format!("u stays at its {what} value, {}: {of}", short(value)))?;
+            facts.push(("limit", format!("u stays at its {what} value, {}: {of}", short(value))));
         }
     }
-    if let Some(lacks) = &seen.lacks {
-        item(out, "but", lacks)?;
-        return writeln!(out, "\nnext: drift look {} --columns {}", without_columns(next), seen.example);
+    facts
+}
+
+/// r and y over u, with the stretches by hand; no panel where no column seems to be one of them.
+pub fn figure(seen: &Overview) -> Figure {
+    let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
+    let clock = Clock::new(None, last - first);
+    let line = |name: &str, colour, values: &[f64]| {
+        let points = seen.t_s.iter().map(|t| clock.axis(*t)).zip(values.iter().copied());
+        Layer::line(name, colour, points.filter(|(_, value)| !value.is_nan()).collect())
+    };
+    let by_hand = seen.manual.iter().enumerate().map(|(i, span)| Layer::Span {
+        from: clock.axis(span.from_s),
+        to: clock.axis(span.to_s),
+        name: if i == 0 { "not closed".into() } else { String::new() },
+        colour: Colour::Yellow,
+    });
+    let there = |values: &[f64]| values.iter().any(|value| !value.is_nan());
+    let [r, y, u] = seen.columns.labels();
+    let mut shown = vec![("r", r, Colour::Green, &seen.r), ("y", y, Colour::Blue, &seen.y)];
+    shown.retain(|(_, _, _, values)| there(values));
+    let mut panels = Vec::new();
+    if !shown.is_empty() {
+        let y_label = shown.iter().map(|(_, label, _, _)| label.as_str()).collect::<Vec<_>>().join(" and ");
+        let lines = shown.iter().map(|(name, _, colour, values)| line(name, *colour, values));
+        panels.push(Panel { y_label, layers: by_hand.chain(lines).collect(), ..Panel::default() });
     }
-    if let Some(Err(error)) = &seen.sampling {
-        item(out, "but", &error.to_string())?;
+    if there(&seen.u) {
+        let layers = vec![line("u", Colour::Vermilion, &seen.u)];
+        panels.push(Panel { y_label: u, layers, ..Panel::default() });
     }
-    writeln!(out, "\nnext: drift init {} -o loop.toml", next_arguments(seen, next))
+    if let Some(lowest) = panels.last_mut() {
+        lowest.x_label = clock.label().into();
+    }
+    Figure::stacked("", panels)
+}
+
+/// The step to put uneven rows on a grid with, s, as the reader that refused them suggests it.
+pub fn suggested_step(seen: &Overview) -> Option<String> {
+    let said = seen.sampling.as_ref()?.as_ref().err()?.to_string();
+    said.rsplit_once("--resample ").map(|(_, step)| step.to_owned())
 }
 
 /// What was typed, without the columns that it named.
@@ -87,13 +145,7 @@ fn skip_value<'a>(first: &str, words: &mut impl Iterator<Item = &'a str>) {
 
 /// What reads the recording: with a step to resample by where its rows are uneven.
 fn next_arguments(seen: &Overview, typed: &str) -> String {
-    let said = seen.sampling.as_ref().and_then(|sampling| sampling.as_ref().err()).map(ToString::to_string);
-    let flag =
-        said.as_deref().and_then(|said| said.rsplit_once("--resample ")).map(|(_, step)| step.to_owned());
-    match flag {
-        Some(step) => format!("{typed} --resample {step}"),
-        None => typed.to_owned(),
-    }
+    suggested_step(seen).map_or_else(|| typed.to_owned(), |step| format!("{typed} --resample {step}"))
 }
 
 fn sampling(seen: &Overview) -> String {

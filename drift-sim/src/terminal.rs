@@ -21,16 +21,26 @@ pub struct Terminal {
     pub signs: Signs,
 }
 
+/// Of the terminal's window; none in a pipe.
+#[cfg(any(unix, windows))]
+fn window_columns() -> Option<usize> {
+    terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0))
+}
+
+/// A browser has no terminal.
+#[cfg(not(any(unix, windows)))]
+fn window_columns() -> Option<usize> {
+    None
+}
+
 impl Terminal {
     /// Standard output: its window's width, 80 in a pipe; colour on a terminal unless `NO_COLOR` is set.
     pub fn here() -> Self {
         let is_terminal = std::io::stdout().is_terminal();
-        let window =
-            terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0));
         let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         Self {
-            width: window.unwrap_or(PIPED).clamp(*WIDTHS.start(), *WIDTHS.end()),
+            width: window_columns().unwrap_or(PIPED).clamp(*WIDTHS.start(), *WIDTHS.end()),
             colour: is_terminal && !set("NO_COLOR") && !dumb,
             signs: Signs::of_locale(),
         }

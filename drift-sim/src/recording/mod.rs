@@ -10,6 +10,7 @@ mod blackbox;
 mod budget;
 mod choice;
 mod clock;
+mod closed;
 mod columns;
 #[cfg(any(feature = "parquet", feature = "matlab73", feature = "blackbox", feature = "mcap"))]
 mod contained;

@@ -92,10 +92,7 @@ impl Overview {
             let name = "standard input";
             let bytes =
                 Budget::of(limit).read_to_end(std::io::stdin().lock()).map_err(|e| e.in_file(name))?;
-            let mut overview = Self::of(name, Box::new(Cursor::new(bytes.clone())), None, options)?;
-            overview.sampling =
-                Some(sampling(RecordingStream::from_reader(name, Cursor::new(bytes), options)));
-            return Ok(overview);
+            return Self::from_reader(name, || Cursor::new(bytes.clone()), options);
         }
         let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
         let file = File::open(path).map_err(refused)?;
@@ -104,6 +101,21 @@ impl Overview {
         let mut overview = Self::of(&path.to_string_lossy(), Box::new(file), again, options)?;
         // A pipe can't be read twice.
         overview.sampling = is_file.then(|| sampling(RecordingStream::open(path, options)));
+        Ok(overview)
+    }
+
+    /// Reads any format from anywhere; errors call it by `name`. `open` is called twice: for the rows as they are, and to see whether they
+    /// can be put on a grid.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_reader<R: Read + Send + 'static>(
+        name: &str,
+        open: impl Fn() -> R,
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        let mut overview = Self::of(name, Box::new(open()), None, options)?;
+        overview.sampling = Some(sampling(RecordingStream::from_reader(name, open(), options)));
         Ok(overview)
     }
 

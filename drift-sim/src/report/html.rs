@@ -2,11 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::{Block, Chart, Page, Proof, Section, Status, Table, chart_data, escape, picture};
+use super::{Block, Chart, Page, Proof, STYLE, Section, Status, Table, chart_data, escape, picture};
 use crate::Result;
 use crate::plot::Figure;
 
-const STYLE: &str = include_str!("style.css");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const CHARTS: &str = include_str!("charts.js");
@@ -32,6 +31,17 @@ pub(super) fn write(page: &Page) -> Result<String> {
     }
     writer.about(page.sections.len(), page);
     Ok(writer.whole(page))
+}
+
+/// The picture for a wide page and for a narrow one; the style sheet shows one of them.
+pub(super) fn proof(proof: &Proof, id: &str) -> String {
+    let described = format!("{} {}", proof.figure.description(), proof.caption);
+    let mut markup = String::from("<figure class=\"proof\">");
+    for (size, class, letter) in [(picture::WIDE, "broad", 'w'), (picture::NARROW, "slim", 'n')] {
+        let svg = picture::svg(&proof.figure, size, &format!("{id}{letter}"), &proof.title, &described);
+        markup += &format!("<div class=\"{class}\">{svg}</div>");
+    }
+    markup + &format!("<figcaption>{}</figcaption></figure>\n", escape::text(&proof.caption))
 }
 
 /// Points of each line of all charts among the blocks.
@@ -92,7 +102,7 @@ impl Writer {
             self.body.push_str("</ul>\n");
         }
         if let Some(proof) = &page.proof {
-            self.proof(proof);
+            self.body.push_str(&self::proof(proof, "p"));
         }
         self.body.push_str("</header>\n<nav aria-label=\"Contents\"><ul>");
         for (i, section) in page.sections.iter().enumerate() {
@@ -100,17 +110,6 @@ impl Writer {
         }
         self.put(format_args!("<li><a href=\"#s{}\">{ABOUT}</a></li>", page.sections.len()));
         self.body.push_str("</ul></nav>\n<main>\n");
-    }
-
-    /// The picture for a wide page and for a narrow one; the style sheet shows one of them.
-    fn proof(&mut self, proof: &Proof) {
-        let described = format!("{} {}", proof.figure.description(), proof.caption);
-        self.body.push_str("<figure class=\"proof\">");
-        for (size, class, id) in [(picture::WIDE, "broad", "pw"), (picture::NARROW, "slim", "pn")] {
-            let svg = picture::svg(&proof.figure, size, id, &proof.title, &described);
-            self.put(format_args!("<div class=\"{class}\">{svg}</div>"));
-        }
-        self.put(format_args!("<figcaption>{}</figcaption></figure>\n", escape::text(&proof.caption)));
     }
 
     /// What the page is of, and the command line that made it.

@@ -18,6 +18,9 @@ use crate::plot::Figure;
 use crate::sentences::{Answer, Status};
 use crate::{Result, output};
 
+/// The style sheet of all pages: colours, light and dark, type.
+pub const STYLE: &str = include_str!("style.css");
+
 /// A whole report. Every text is plain text: what looks like markup is shown as it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
@@ -46,6 +49,13 @@ pub struct Proof {
     pub title: String,
     /// Under it: how to read it.
     pub caption: String,
+}
+
+impl Proof {
+    /// As a piece of a page that has the reports' style sheet ([`STYLE`]); `id` sets it apart from all others on that page.
+    pub fn to_html(&self, id: &str) -> String {
+        html::proof(self, id)
+    }
 }
 
 /// A heading and what stands under it.

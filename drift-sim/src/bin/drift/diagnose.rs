@@ -5,13 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::control_loop::Loop;
-use drift_sim::diagnose::healthy::Healthy;
-use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, Named, diagnose, page, report};
-use drift_sim::init;
+use drift_sim::diagnose::{Diagnosis, Named};
+use drift_sim::diagnosed::{Question, Read};
 use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames};
-use drift_sim::recording::Recording;
 use drift_sim::report::command_line;
 use drift_sim::sentences::{self, Clock, ends, fit, measured, plain};
 use drift_sim::terminal::Terminal;
@@ -68,66 +65,39 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let stated = arguments.loop_file.as_deref().map(Loop::read).transpose()?;
     let columns: Vec<String> =
         stated.iter().flat_map(|model| &model.inputs).map(|input| input.column.clone()).collect();
-    let recording = arguments.reading.read(&arguments.recording, columns.clone())?;
-    let model = stated.map_or_else(|| arguments.shown_loop(&recording), Ok)?;
-    let with_clock = |path: &Path| -> Result<(Signals, Clock)> {
-        let recording = arguments.reading.read(path, columns.clone())?;
-        Ok((Signals::new(&recording, &model)?, recording.clock()))
+    let read = |path: &PathBuf| arguments.reading.read(path, columns.clone());
+    let read_file = |path: &PathBuf| read(path).map(|recording| Read { file: path.clone(), recording });
+    let question = Question {
+        recording: read_file(&arguments.recording)?,
+        holdout: arguments.holdout.as_ref().map(read_file).transpose()?,
+        healthy: arguments.healthy.iter().map(read).collect::<Result<_>>()?,
+        stated: arguments.loop_file.clone().zip(stated),
     };
-    let read = |path: &Path| with_clock(path).map(|(signals, _)| signals);
-    let train = Signals::new(&recording, &model)?;
-    let (clock, start_s) = (recording.clock(), train.start_s - train.origin_s);
-    let holdout = arguments.holdout.as_deref().map(with_clock).transpose()?;
-    let (holdout, holdout_clock) = holdout.map_or((None, clock), |(signals, clock)| (Some(signals), clock));
-    let healthy = arguments.healthy.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     let progress = Progress::of_stages("diagnosing");
-    let found = if healthy.is_empty() {
-        diagnose(&train, holdout.as_ref(), &model)?
-    } else {
-        Healthy::of(&model, &healthy).diagnose(&train, holdout.as_ref())?
-    };
+    let diagnosed = question.diagnose()?;
     drop(progress);
+    let found = &diagnosed.found;
     if let Some(path) = &arguments.model {
         outputs.write_text(path, &found.improved.to_toml())?;
     }
     if let Some(path) = &arguments.report {
-        let case = page::Case {
-            train: &train,
-            holdout: holdout.as_ref(),
-            recording: &arguments.recording,
-            loop_file: arguments.loop_file.as_deref(),
-            holdout_file: arguments.holdout.as_deref(),
-            columns: &recording.columns,
-            clock,
-            holdout_clock,
-        };
-        let page = page::page(&found, &case, command_line(std::env::args_os()));
+        let page = diagnosed.page(command_line(std::env::args_os()));
         outputs.write_text(path, &page.to_html()?)?;
     }
     if let Some(path) = &arguments.json {
         let name = arguments.model.as_ref().map(|p| p.display().to_string());
-        let text = serde_json::to_string_pretty(&report::json(&found, name.as_deref(), &clock, start_s))
+        let text = serde_json::to_string_pretty(&diagnosed.json(name.as_deref()))
             .map_err(|e| Error::new(format!("the diagnosis can't be written as JSON: {e}")))?;
         outputs.write_text(path, &(text + "\n"))?;
     }
     outputs.commit()?;
     if arguments.json.as_deref() != Some(Path::new("-")) {
-        let shown = holdout.as_ref().unwrap_or(&train);
         let here = Terminal::here();
-        let text = screen(&found, &clock, start_s, &here) + &sparkline::rows(&found, shown, &here);
+        let text = screen(found, diagnosed.clock(), diagnosed.start_s(), &here)
+            + &sparkline::rows(found, diagnosed.shown(), &here);
         output::write_text(Path::new("-"), &text)?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-impl Arguments {
-    /// What stands for a loop file: the law alone that the first healthy recording shows, or this one.
-    fn shown_loop(&self, recording: &Recording) -> Result<Loop> {
-        match self.healthy.first() {
-            Some(healthy) => init::with_law_alone(&self.reading.read(healthy, Vec::new())?),
-            None => init::with_law_alone(recording),
-        }
-    }
 }
 
 /// An improvement below, in percentage points, is nothing that a reader could use.

@@ -260,7 +260,7 @@ fn pages_of_a_diagnosis_say_nothing_that_is_nothing() {
                 train: &found.signals,
                 holdout: None,
                 recording: Path::new("run.csv"),
-                loop_file: Path::new("loop.toml"),
+                loop_file: Some(Path::new("loop.toml")),
                 holdout_file: None,
                 columns: &ColumnMap::default(),
                 clock: Clock::new(None, found.signals.duration_s()),

@@ -108,7 +108,7 @@ fn diagnosis_page(samples: usize, drawn: usize) -> Page {
         train: &train,
         holdout: None,
         recording: Path::new(NAME),
-        loop_file: Path::new(NAME),
+        loop_file: Some(Path::new(NAME)),
         holdout_file: None,
         columns: &columns(),
         clock: Clock::new(None, train.duration_s()),

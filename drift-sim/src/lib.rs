@@ -55,6 +55,7 @@ pub mod recording;
 pub mod reference;
 pub mod report;
 pub mod sentences;
+pub mod shortest;
 pub mod simulate;
 pub mod stage;
 pub mod terminal;

@@ -54,13 +54,9 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Monitor<N, S, O, C> 
         self.plan.tick_input(&mut self.state, input)
     }
 
-    /// Many ticks at once: the same, bit for bit, as one by one. Reads as many as the shortest slice has.
-    pub fn ticks(&mut self, r: &[N], y: &[N], u: &[N], mut each: impl FnMut(&ReportOf<N, S, O, C>)) {
-        for ((&r, &y), &u) in r.iter().zip(y).zip(u) {
-            if let Some(report) = self.tick(r, y, u) {
-                each(report);
-            }
-        }
+    /// As [`Plan::ticks`].
+    pub fn ticks(&mut self, r: &[N], y: &[N], u: &[N], each: impl FnMut(&ReportOf<N, S, O, C>)) {
+        self.plan.ticks(&mut self.state, (r, y, u), each);
     }
 
     /// As [`State::verdict`].

@@ -151,6 +151,11 @@ impl Law {
         self.ratio = ratio;
     }
 
+    /// The law as stated, and the ratio that its gains are multiplied with.
+    pub(crate) fn stated(&self) -> (Controller, f64) {
+        (self.controller.clone(), self.ratio)
+    }
+
     /// The integrator of pi and pid, in the unit of `u`; 0 for the others.
     pub fn integrator(&self) -> f64 {
         self.integrator

@@ -17,7 +17,7 @@ pub struct Pi {
 
 impl Pi {
     #[inline]
-    pub(super) fn step(&self, e: f64, sample_time_s: f64, ratio: f64, integrator: &mut f64) -> f64 {
+    pub(crate) fn step(&self, e: f64, sample_time_s: f64, ratio: f64, integrator: &mut f64) -> f64 {
         let change = ratio * self.ki * sample_time_s * e;
         integrate(self.limits, self.anti_windup, change, ratio * self.kp * e, integrator)
     }

@@ -79,6 +79,11 @@ impl OneSided {
         RunLength::of_chain(&self.chain(mean, 1.0), self.start)
     }
 
+    /// The probability of an alarm within so many decisions when z is N(`mean`, 1).
+    pub fn alarm_within(&self, mean: f64, decisions: u64) -> f64 {
+        RunLength::of_chain_within(&self.chain(mean, 1.0), self.start, decisions).alarm_within(decisions)
+    }
+
     /// Average run length in decisions when z's mean grows by `slope` sigmas a decision (`mean = (n - 1)*slope` at
     /// decision n): Gan 1992.
     ///

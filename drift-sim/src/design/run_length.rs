@@ -38,9 +38,16 @@ impl RunLength {
 
     /// One side from the starting value `start`.
     pub(crate) fn of_chain(chain: &Chain, start: f64) -> Self {
+        Self::of_chain_within(chain, start, u64::MAX)
+    }
+
+    /// The same where nothing beyond so many decisions is asked for.
+    pub(crate) fn of_chain_within(chain: &Chain, start: f64, decisions: u64) -> Self {
         let moves = chain.moves_into_nodes(LONGEST_STEP);
         let work: usize = moves.iter().map(Band::len).sum();
         let follow = LONGEST_FOLLOWED.min(LARGEST_WORK / work.max(1)).max(1);
+        let follow = usize::try_from(decisions).map_or(follow, |decisions| follow.min(decisions));
+        let moves = Band::out_of_nodes(&moves);
         let walk = chain.walk();
         let leaves: Vec<f64> = chain.nodes.iter().map(|n| walk.leaves_up(n.at)).collect();
         let falls: Vec<f64> = chain.nodes.iter().map(|n| walk.falls(n.at)).collect();
@@ -49,13 +56,19 @@ impl RunLength {
         let mut builder = Builder::default();
         builder.push(walk.leaves_up(start));
         let mut mass: Vec<f64> = chain.moves(start).collect();
+        let mut next = vec![0.0; mass.len()];
         let mut at_origin = walk.falls(start);
         while !builder.is_settled() && builder.len() < follow {
             builder.push(at_origin * walk.leaves_up(0.0) + dot(&mass, &leaves));
-            let next: Vec<f64> =
-                moves.iter().zip(&from_origin).map(|(into, o)| at_origin * o + into.dot(&mass)).collect();
+            next.fill(0.0);
+            for (out_of, mass) in moves.iter().zip(&mass) {
+                out_of.spread(*mass, &mut next);
+            }
+            for (next, o) in next.iter_mut().zip(&from_origin) {
+                *next += at_origin * o;
+            }
             at_origin = at_origin * walk.falls(0.0) + dot(&mass, &falls);
-            mass = next;
+            std::mem::swap(&mut mass, &mut next);
         }
         builder.finish()
     }

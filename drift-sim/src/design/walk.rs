@@ -48,6 +48,29 @@ impl Band {
         self.weights.iter().zip(mass.iter().skip(self.first)).map(|(w, m)| w * m).sum()
     }
 
+    /// What moves out of each node, from what moves into each. With these the sums of all nodes grow side by side, each in the
+    /// same order as one by one, which is several times as fast.
+    pub(crate) fn out_of_nodes(into: &[Self]) -> Vec<Self> {
+        let mut out = vec![Self { first: 0, weights: Vec::new() }; into.len()];
+        for (to, band) in into.iter().enumerate() {
+            for (out, weight) in out.iter_mut().skip(band.first).zip(&band.weights) {
+                if out.weights.is_empty() {
+                    out.first = to;
+                }
+                out.weights.resize(to - out.first, 0.0);
+                out.weights.push(*weight);
+            }
+        }
+        out
+    }
+
+    /// Adds what moves of this mass.
+    pub(crate) fn spread(&self, mass: f64, sums: &mut [f64]) {
+        for (sum, weight) in sums.iter_mut().skip(self.first).zip(&self.weights) {
+            *sum += weight * mass;
+        }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.weights.len()
     }

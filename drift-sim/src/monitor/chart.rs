@@ -25,6 +25,8 @@ pub struct Chart {
     pub(super) y: Thinned,
     pub(super) u: Thinned,
     pub(super) e: Thinned,
+    /// Whether the four above are collected.
+    has_signals: bool,
     pub(super) channels: [ChannelChart; 3],
     /// Begin and end of the first window, s, and the last decision.
     pub(super) first: Option<(f64, f64)>,
@@ -168,14 +170,24 @@ impl Chart {
             y: new(),
             u: new(),
             e: new(),
+            has_signals: true,
             channels: config.channels.map(ChannelChart::new),
             first: None,
             last_s: f64::NAN,
         }
     }
 
+    /// The same for [`Self::rows`] alone, which show no signals: samples are passed over.
+    pub fn of_residuals(config: &Config<f32, 3>) -> Self {
+        Self { has_signals: false, ..Self::new(config) }
+    }
+
     /// The next sample; NaN where there is none.
+    #[inline]
     pub fn sample(&mut self, t_s: f64, r: f64, y: f64, u: f64) {
+        if !self.has_signals {
+            return;
+        }
         self.r.add(t_s, r);
         self.y.add(t_s, y);
         self.u.add(t_s, u);

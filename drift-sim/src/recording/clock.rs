@@ -10,7 +10,7 @@ use jiff::tz::TimeZone;
 use super::date::{DateOrder, Moment, Writing};
 use super::decimal::{DecimalMark, parse_number};
 use super::row::{excerpt, not_a_number};
-use super::stamp::Stamp;
+use super::stamp::{Stamp, TimeUnit};
 use crate::{Error, Result};
 
 pub(super) use super::date::is_date_or_time;
@@ -25,8 +25,8 @@ const STEP_MAX_S: f64 = 1.5 * DAY_S;
 #[derive(Debug, Clone)]
 pub(super) struct Clock {
     column: String,
-    /// Numbers are seconds times ten to this.
-    exponent: i32,
+    /// What numbers count.
+    unit: TimeUnit,
     kind: Kind,
     /// Which comes first where a date is written 5/1/2024.
     order: Option<DateOrder>,
@@ -62,7 +62,13 @@ impl Clock {
             }
             _ => 0,
         };
-        Ok(Self { column: column.to_owned(), exponent, kind: Kind::NotSeen, order, last_s: 0.0, days: 0.0 })
+        let unit = TimeUnit::of(exponent);
+        Ok(Self { column: column.to_owned(), unit, kind: Kind::NotSeen, order, last_s: 0.0, days: 0.0 })
+    }
+
+    /// What the cells count, once they are known to be numbers.
+    pub fn of_numbers(&self) -> Option<TimeUnit> {
+        (self.kind == Kind::Numbers).then_some(self.unit)
     }
 
     /// The time in a cell without blanks around it, s.
@@ -77,7 +83,7 @@ impl Clock {
                     mark.number(cell)?;
                 }
                 self.kind = Kind::Numbers;
-                return Ok(stamp.scaled(self.exponent));
+                return Ok(self.unit.scale(stamp));
             }
             if cell.is_empty() || parse_number(cell).is_some() {
                 return Err(Error::new(format!("no time stamp in column '{}'", self.column)));
@@ -162,7 +168,9 @@ impl Clock {
                 let at = at.map_or_else(|| text.clone(), |at| shown(at, origin.writing));
                 Some(format!("t counts from {at}"))
             }
-            _ if self.exponent != 0 => Some(format!("the times in '{column}' are 1e{} s", self.exponent)),
+            _ if self.unit.exponent() != 0 => {
+                Some(format!("the times in '{column}' are 1e{} s", self.unit.exponent()))
+            }
             _ => None,
         }
     }

@@ -147,7 +147,7 @@ pub(super) fn open(mut source: Source, options: &ReadOptions) -> Result<(Box<dyn
                 source.reader = gzip::unpacked(source.reader);
                 source.file = None;
             }
-            Format::Csv => return Ok((Box::new(csv::open(source.reader, options)?), "CSV")),
+            Format::Csv => return Ok((Box::new(csv::open(source, options)?), "CSV")),
             Format::JsonLines => {
                 return Ok((Box::new(json_lines::open(source.reader, options)?), "JSON lines"));
             }

@@ -33,10 +33,13 @@ struct Line {
 }
 
 impl Line {
+    #[inline]
     fn learn(&mut self, k: f64, t: f64) {
         const MEMORY: f64 = HEAD_ROWS as f64;
         if self.weight >= MEMORY {
-            let fade = (MEMORY - 1.0) / self.weight;
+            #[expect(clippy::float_cmp, reason = "from there on it is the same number in every row")]
+            let fade =
+                if self.weight == MEMORY { (MEMORY - 1.0) / MEMORY } else { (MEMORY - 1.0) / self.weight };
             self.weight *= fade;
             self.kk *= fade;
             self.kt *= fade;
@@ -146,7 +149,7 @@ impl Grid {
     }
 
     /// Every one of the first stamps lies on the line, or the intervals say how far it is from uniform.
-    fn check_head(&self, stamps: &[(u64, Stamp)], steps: &[(u64, f64)]) -> Result<()> {
+    fn check_head(&mut self, stamps: &[(u64, Stamp)], steps: &[(u64, f64)]) -> Result<()> {
         let mut k = 0.0;
         let mut last_t = self.origin_s;
         for (_, stamp) in stamps {
@@ -182,10 +185,11 @@ impl Grid {
         rounding.min(0.1 * self.line.slope()).max(1e-12 * self.line.slope())
     }
 
-    fn tolerance_s(&self, t_s: f64) -> f64 {
+    #[inline]
+    fn tolerance_s(&mut self, t_s: f64) -> f64 {
         let arithmetic = 8.0 * f64::EPSILON * t_s.abs();
         // Where stamps are coarser than the sampling, half a sample is all that can be told.
-        let rounding = self.resolution.step_s(t_s).min(0.5 * self.sample_time_s);
+        let rounding = self.resolution.next_step_s(t_s).min(0.5 * self.sample_time_s);
         rounding.max(TOLERATED * self.sample_time_s) + arithmetic
     }
 
@@ -223,7 +227,7 @@ impl Grid {
         // The line's place is surer than a rounded stamp's, until the clock has wandered away from it.
         let wandered = if self.last_deviation_s.abs() > tolerance { self.last_deviation_s } else { 0.0 };
         let steps = (t - self.line.at(last_k as f64) - wandered) / self.line.slope();
-        let missing = libm::round(steps).max(1.0) - 1.0;
+        let missing = missing_before(steps);
         let so_far = last_k + 1;
         let longest = (so_far.saturating_mul(GAP_LENGTHS)).clamp(GAP_ALWAYS, GAP_MAX);
         if missing > longest as f64 {
@@ -270,6 +274,13 @@ impl Grid {
             _ => self.sample_time_s,
         }
     }
+}
+
+/// How many samples are missing before a row that comes so many sample times after the one before.
+#[inline]
+fn missing_before(steps: f64) -> f64 {
+    // Nearly always none, which takes no rounding to tell.
+    if steps >= 1.5 { libm::round(steps) - 1.0 } else { 0.0 }
 }
 
 /// Intervals to the row before with the line that ends them, without those of rows at the same time.

@@ -5,6 +5,7 @@ use super::clock::Clock;
 use super::decimal::{DecimalMark, parse_number, with_point};
 use super::records::{Record, Records};
 use super::row::{Row, Rows, not_a_number};
+use super::stamp::TimeUnit;
 use super::{Quality, ReadOptions};
 use crate::controller::Controller;
 use crate::{Error, Result};
@@ -19,6 +20,15 @@ pub(super) struct TextRows<R> {
     mark: DecimalMark,
     /// Date and time of the day from two columns, put together.
     joined: Vec<u8>,
+}
+
+/// What single rows have settled for those that follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Settled {
+    pub mark: DecimalMark,
+    pub unit: TimeUnit,
+    /// How many further columns hold text.
+    pub texts: usize,
 }
 
 /// The columns of a source of records.
@@ -43,6 +53,22 @@ impl<R: Records> TextRows<R> {
         });
         let clock = clock.transpose()?;
         Ok(Self { records, record: Record::default(), names, choice, clock, mark, joined: Vec::new() })
+    }
+
+    /// Where the records come from.
+    pub fn records_mut(&mut self) -> &mut R {
+        &mut self.records
+    }
+
+    /// What the file's decimal mark and the unit of its times are, and how many further columns hold text, for a reader of rows
+    /// that need no more than that; `None` where there are dates.
+    pub fn settled(&self) -> Option<Settled> {
+        let unit = match &self.clock {
+            Some(clock) => clock.of_numbers()?,
+            None => TimeUnit::of(0),
+        };
+        let texts = self.choice.extra.iter().filter(|extra| extra.text).count();
+        Some(Settled { mark: self.mark, unit, texts })
     }
 
     fn parse(&mut self, row: &mut Row, quality: &mut Quality, line: u64) -> Result<()> {

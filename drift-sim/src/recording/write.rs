@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::Recording;
 use crate::output;
+use crate::shortest;
 use crate::{Error, Result};
 
 /// Writes columns of equal length under their names; NaN is an empty cell. `-` is standard output.
@@ -37,19 +38,27 @@ fn equal_length(columns: &[(&str, &[f64])]) -> Result<usize> {
     }
 }
 
+/// Text is handed on once it is as long as this.
+const BUFFER_BYTES: usize = 1 << 16;
+
 fn write_rows(out: &mut dyn Write, columns: &[(&str, &[f64])], rows: usize) -> io::Result<()> {
     write_header(out, columns.iter().map(|(name, _)| *name))?;
+    let mut text = Vec::with_capacity(2 * BUFFER_BYTES);
     for row in 0..rows {
         let cells = columns.iter().filter_map(|(_, values)| values.get(row));
         for (i, value) in cells.enumerate() {
             if i > 0 {
-                out.write_all(b",")?;
+                text.push(b',');
             }
-            write_number(out, *value)?;
+            push_number(&mut text, *value);
         }
-        out.write_all(b"\n")?;
+        text.push(b'\n');
+        if text.len() >= BUFFER_BYTES {
+            out.write_all(&text)?;
+            text.clear();
+        }
     }
-    Ok(())
+    out.write_all(&text)
 }
 
 impl Recording {
@@ -90,21 +99,22 @@ fn write_header<'a>(out: &mut dyn Write, names: impl Iterator<Item = &'a str>) -
     out.write_all(&header.into_inner().map_err(|e| io::Error::other(e.to_string()))?)
 }
 
-fn write_number(out: &mut dyn Write, x: f64) -> io::Result<()> {
+fn push_number(text: &mut Vec<u8>, x: f64) {
     if x.is_nan() {
-        Ok(())
-    } else if x == 0.0 || (1e-5..1e16).contains(&x.abs()) {
-        write!(out, "{x}")
+        return;
+    }
+    if x == 0.0 || (1e-5..1e16).contains(&x.abs()) {
+        shortest::push(text, x);
     } else {
-        write!(out, "{x:e}")
+        // Writing to memory does not fail.
+        let _ = write!(text, "{x:e}");
     }
 }
 
 /// The shortest text that reads back as the same number.
 pub(super) fn number(x: f64) -> String {
     let mut text = Vec::new();
-    // Writing to memory does not fail.
-    let _ = write_number(&mut text, x);
+    push_number(&mut text, x);
     String::from_utf8_lossy(&text).into_owned()
 }
 

@@ -154,6 +154,20 @@ impl Body {
         }
     }
 
+    /// One exact step of a linear plant under a drive that is held; nothing of another.
+    #[inline]
+    pub fn advance_exact(&mut self, drive: f64) {
+        match self {
+            Self::One(p) => p.advance(drive, drive),
+            Self::Two(p) => p.advance(drive, drive),
+            Self::Three(p) => p.advance(drive, drive),
+            Self::Four(p) => p.advance(drive, drive),
+            Self::Eight(p) => p.advance(drive, drive),
+            Self::Sixteen(p) => p.advance(drive, drive),
+            Self::Linear(_) | Self::Servo(_) | Self::Tank(_) => {}
+        }
+    }
+
     /// Moves on by one sample; gives the drive at its end.
     #[inline]
     pub fn advance(

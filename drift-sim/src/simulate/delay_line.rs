@@ -30,6 +30,12 @@ impl DelayLine {
         self.part = part;
     }
 
+    /// Whether a value leaves as it comes in, so that none has to be kept.
+    #[inline]
+    pub fn is_short(&self) -> bool {
+        self.whole == 0 && self.part == 0.0
+    }
+
     /// As if the value had been held for ever.
     pub fn fill(&mut self, value: f64) {
         self.ring.fill(value);

@@ -20,6 +20,7 @@ mod linear;
 mod observed;
 mod servo;
 mod start;
+mod straight;
 mod tank;
 mod terms;
 
@@ -99,6 +100,8 @@ pub struct Simulation {
     noise: ChaCha8Rng,
     changes: Vec<Change>,
     next_change: usize,
+    /// Whether nothing acts besides the law ([`straight`]).
+    is_plain: bool,
     model: Loop,
 }
 
@@ -157,8 +160,10 @@ impl Simulation {
             noise: ChaCha8Rng::seed_from_u64(seed),
             changes,
             next_change: 0,
+            is_plain: false,
             model: model.clone(),
         };
+        simulation.is_plain = simulation.is_plain();
         simulation.start(&Start::rest(model))?;
         Ok(simulation)
     }
@@ -190,6 +195,13 @@ impl Simulation {
     /// zero). A recorded controller holds the u that it was started with.
     #[inline]
     pub fn step(&mut self, r: f64, inputs: &[f64]) -> Step {
+        if self.is_straight() {
+            return self.straight_step(r);
+        }
+        self.general_step(r, inputs)
+    }
+
+    fn general_step(&mut self, r: f64, inputs: &[f64]) -> Step {
         self.change();
         let (true_y, y) = self.measure(inputs);
         let law = self.law.step(r, y);
@@ -343,7 +355,24 @@ pub fn simulate(
         return Err(Error::new("controller kind 'recorded' has no law to close the loop with")
             .allowed("pi, pid, p-velocity; or give a recording with its u"));
     }
-    run(model, reference, inputs, seed, start, |simulation, r, now| simulation.step(r, now))
+    let mut simulation = started(model, reference, inputs, seed, start)?;
+    simulation.change();
+    if simulation.is_straight() {
+        return straight(model, simulation, reference);
+    }
+    run(model, simulation, reference, inputs, |simulation, r, now| simulation.step(r, now))
+}
+
+fn straight(model: &Loop, mut simulation: Simulation, reference: &[f64]) -> Result<Trace> {
+    let mut trace =
+        Trace { y: vec![0.0; reference.len()], u: vec![0.0; reference.len()], true_y: Vec::new() };
+    simulation.straight_run(reference, &mut trace);
+    let is_finite = |(y, u): (&f64, &f64)| y.is_finite() && u.is_finite();
+    if let Some(n) = trace.y.iter().zip(&trace.u).position(|row| !is_finite(row)) {
+        return Err(diverged(n as f64 * model.sample_time_s));
+    }
+    trace.true_y = trace.y.clone();
+    Ok(trace)
 }
 
 /// Runs actuator, plant and sensor behind a recorded u; otherwise as [`simulate`].
@@ -357,7 +386,8 @@ pub fn replay(
     seed: u64,
     start: Option<&Start>,
 ) -> Result<Trace> {
-    run(model, u, inputs, seed, start, |simulation, u, now| simulation.replay_step(u, now))
+    let simulation = started(model, u, inputs, seed, start)?;
+    run(model, simulation, u, inputs, |simulation, u, now| simulation.replay_step(u, now))
 }
 
 /// What leaves the actuator's terms under a recorded u.
@@ -367,14 +397,14 @@ pub fn actuated(model: &Loop, u: &[f64]) -> Vec<f64> {
     u.iter().enumerate().map(|(n, u)| terms.actuator(at(n).0, at(n).1, *u)).collect()
 }
 
-fn run(
+/// The loop before the first sample of a run that these drive.
+fn started(
     model: &Loop,
     driving: &[f64],
     inputs: &[Vec<f64>],
     seed: u64,
     start: Option<&Start>,
-    step: impl Fn(&mut Simulation, f64, &[f64]) -> Step,
-) -> Result<Trace> {
+) -> Result<Simulation> {
     let wanted = model.inputs.len();
     if inputs.len() != wanted || inputs.iter().any(|column| column.len() != driving.len()) {
         return Err(Error::new("the inputs don't fit the loop")
@@ -384,11 +414,21 @@ fn run(
     if let Some(start) = start {
         simulation.start(start)?;
     }
+    Ok(simulation)
+}
+
+fn run(
+    model: &Loop,
+    mut simulation: Simulation,
+    driving: &[f64],
+    inputs: &[Vec<f64>],
+    step: impl Fn(&mut Simulation, f64, &[f64]) -> Step,
+) -> Result<Trace> {
     let (mut y, mut u, mut true_y) = (Vec::new(), Vec::new(), Vec::new());
     for column in [&mut y, &mut u, &mut true_y] {
         column.reserve_exact(driving.len());
     }
-    let mut now = vec![0.0; wanted];
+    let mut now = vec![0.0; inputs.len()];
     for (n, driving) in driving.iter().enumerate() {
         for (value, column) in now.iter_mut().zip(inputs) {
             *value = column.get(n).copied().unwrap_or(0.0);

@@ -81,6 +81,11 @@ impl Terms {
         terms
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.effects.is_empty()
+    }
+
     /// Whether something must be evaluated along the way through a sample.
     pub fn need_substeps(&self) -> bool {
         self.varying_friction || !self.force.is_empty() || !self.filter.is_empty()

@@ -481,3 +481,44 @@ fn the_papers_loop_runs_at_speed() {
         assert!(cfg!(debug_assertions) || per_second > floor, "{per_second}");
     }
 }
+
+/// Against the general path, which asks at every sample what acts: the same numbers to the last bit, zeros with their signs.
+#[test]
+fn the_straight_path_is_the_general_one_to_the_last_bit() {
+    let pi = |kp: f64| {
+        Controller::Pi(Pi { kp, ki: 0.3 * kp, limits: Limits { u_min: -2.0, u_max: 9.0 }, anti_windup: true })
+    };
+    let cascade = Controller::PVelocity(PVelocity {
+        kp: 2.0,
+        kv: 1.5,
+        velocity: VelocityRule::Mean2,
+        limits: Limits::NONE,
+    });
+    let paper = Loop { controller: pi(30.0), ..Loop::paper() };
+    let mut reference = Reference::random(0.5, 1.0, 20, 3).take_samples(3000);
+    reference.iter_mut().take(100).for_each(|r| *r = -0.0);
+    for (plant, sample_time_s, law) in [
+        (heater(0.0), 1.0, pi(-1.0)),
+        (heater(3.0), 1.0, pi(2.0)),
+        (servo(Output::Position, 3.0), 0.01, cascade),
+        (paper.plant.clone(), 0.001, pi(30.0)),
+    ] {
+        let model = Loop { controller: law, ..around(plant, sample_time_s) };
+        let mut general = Simulation::new(&model, 1).unwrap();
+        let mut stepped = Simulation::new(&model, 1).unwrap();
+        let trace = simulate(&model, &reference, &[], 1, None).unwrap();
+        for (n, r) in reference.iter().enumerate() {
+            let (wanted, got) = (general.general_step(*r, &[]), stepped.step(*r, &[]));
+            assert!(n == 0 || stepped.is_straight());
+            let bits = |step: Step| [step.y, step.u, step.true_y, step.drive].map(f64::to_bits);
+            assert_eq!(bits(got), bits(wanted), "sample {n}");
+            let shown = [trace.y[n], trace.u[n], trace.true_y[n]].map(f64::to_bits);
+            assert_eq!(
+                shown,
+                [wanted.y, wanted.u, wanted.true_y].map(f64::to_bits),
+                "sample {n} of the trace"
+            );
+            assert_eq!(stepped.state(), general.state());
+        }
+    }
+}

@@ -81,7 +81,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let point = point_columns(&arguments, &baseline)?;
     let further = point.as_ref().map_or_else(Vec::new, |point| point.columns.clone());
     let mut stream = arguments.reading.open(&arguments.recording, further)?;
-    let mut chart = Chart::new(&config);
+    let is_drawn = arguments.plot.is_some() || arguments.report.is_some();
+    let mut chart = if is_drawn { Chart::new(&config) } else { Chart::of_residuals(&config) };
     let outputs = Outputs { chart: Some(&mut chart), operating_point: point.as_ref(), ..Outputs::default() };
     let Some(summary) = watch_all(&mut stream, &config, outputs, arguments.json.as_deref(), &mut files)?
     else {

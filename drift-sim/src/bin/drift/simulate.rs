@@ -8,6 +8,7 @@ use drift_sim::control_loop::Loop;
 use drift_sim::controller::Controller;
 use drift_sim::output::Outputs;
 use drift_sim::reference::Reference;
+use drift_sim::shortest;
 use drift_sim::simulate::{Simulation, Start, diverged};
 use drift_sim::{Error, Result};
 
@@ -109,6 +110,9 @@ fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
     Ok(samples as usize)
 }
 
+/// Text is handed on once it is as long as this.
+const BUFFER_BYTES: usize = 1 << 16;
+
 /// What drives one sample.
 struct Row {
     r: f64,
@@ -133,6 +137,7 @@ fn write(
             write!(out, ",{}", quoted(&input.column))?;
         }
         writeln!(out)?;
+        let mut text = Vec::with_capacity(2 * BUFFER_BYTES);
         for n in 0..length {
             let Row { r, u, inputs } = row(n);
             let t = time(n, model.sample_time_s);
@@ -144,16 +149,21 @@ fn write(
                 failed = Some(diverged(t).in_file(&arguments.loop_file));
                 return Err(std::io::Error::other("diverged"));
             }
-            write!(out, "{t},{r},{},{}", step.y, step.u)?;
-            for input in &inputs {
-                write!(out, ",{input}")?;
+            shortest::push(&mut text, t);
+            for value in [r, step.y, step.u].iter().chain(&inputs) {
+                text.push(b',');
+                shortest::push(&mut text, *value);
             }
-            writeln!(out)?;
+            text.push(b'\n');
+            if text.len() >= BUFFER_BYTES {
+                out.write_all(&text)?;
+                text.clear();
+            }
             if n % 65_536 == 0 {
                 progress.at(n as u64);
             }
         }
-        Ok(())
+        out.write_all(&text)
     });
     drop(progress);
     failed.map_or(written, Err)?;

@@ -37,7 +37,7 @@ impl Designed for Row {
     }
     fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64> {
         let chart = of.cusum.map(|c| OneSided::new(f64::from(c.k), f64::from(c.h), 0.0))?;
-        Some(chart.map_or(0.0, |chart| chart.run_length(shift).alarm_within(decisions)))
+        Some(chart.map_or(0.0, |chart| chart.alarm_within(shift, decisions)))
     }
     fn thresholds(&self, of: &Detectors) -> Option<String> {
         of.cusum.map(|d| format!("k {} h {:.2}", d.k, d.h))

@@ -62,7 +62,7 @@ impl Designed for Row {
     }
     fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64> {
         let OneSide { k, h } = as_cusum(of)?;
-        Some(OneSided::new(k, h, 0.0).map_or(0.0, |chart| chart.run_length(shift).alarm_within(decisions)))
+        Some(OneSided::new(k, h, 0.0).map_or(0.0, |chart| chart.alarm_within(shift, decisions)))
     }
     fn thresholds(&self, of: &Detectors) -> Option<String> {
         of.sprt.map(|d| format!("upper {:.2} lower {:.2}", d.upper, d.lower))

@@ -6,22 +6,28 @@
 //! `sep=;` of spreadsheets are passed over.
 
 mod blanks;
+mod blocks;
 mod encoding;
 mod layout;
+mod plain;
+mod rows;
 
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::io::{Cursor, Read};
 
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 
 use super::decimal::DecimalMark;
+use super::format::Source;
 use super::records::{Record, Records};
+use super::row::Row;
 use super::text_rows::{Header, TextRows};
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
+use blocks::Blocks;
 use layout::{Layout, Separator};
+use plain::{Delimiters, Plan};
+use rows::CsvRows;
 
-/// Bytes asked of the system at a time.
-const BUFFER_BYTES: usize = 1 << 18;
 /// Text that the layout is found from.
 const HEAD_BYTES: usize = 1 << 16;
 /// A row longer than this is a quote that never closes, or no recording.
@@ -31,17 +37,19 @@ const FIELDS_MAX: usize = 1 << 18;
 
 /// Records of delimited text, in the memory of one of them.
 pub(super) struct CsvRecords {
-    source: Box<dyn BufRead + Send>,
+    source: Blocks,
     parser: Reader,
+    delimiters: Delimiters,
     /// Lines seen so far, to tell blank ones.
     last_line: u64,
     notes: Vec<String>,
 }
 
 /// The rows of a text, after a look at what it begins with.
-pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Result<TextRows<CsvRecords>> {
+pub(super) fn open(source: Source, options: &ReadOptions) -> Result<CsvRows> {
     let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
-    let mut source = encoding::decoded(source).map_err(refused)?;
+    let is_file = source.file.is_some();
+    let mut source = encoding::decoded(source.reader).map_err(refused)?;
     let mut head = Vec::with_capacity(HEAD_BYTES);
     source.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut head).map_err(refused)?;
     if head.iter().all(u8::is_ascii_whitespace) && head.len() < HEAD_BYTES {
@@ -55,12 +63,12 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
     let whole: Box<dyn Read + Send> = Box::new(Cursor::new(body).chain(source));
     let whole =
         if layout.separator == Separator::Blanks { Box::new(blanks::collapsed(whole)) } else { whole };
-    let records = CsvRecords::new(whole, &layout);
-    records.into_rows(layout, options)
+    let records = CsvRecords::new(whole, &layout, is_file);
+    Ok(CsvRows::new(records.into_rows(layout, options)?))
 }
 
 impl CsvRecords {
-    fn new(source: Box<dyn Read + Send>, layout: &Layout) -> Self {
+    fn new(source: Box<dyn Read + Send>, layout: &Layout, is_file: bool) -> Self {
         // Lines end at LF alone, so that a record never ends between CR and LF and its line is known; the CR goes
         // with the blanks around a cell.
         let mut parser = ReaderBuilder::new();
@@ -68,8 +76,22 @@ impl CsvRecords {
         parser.comment(layout.comment);
         let mut parser = parser.build();
         parser.set_line(layout.body_line);
-        let source = Box::new(BufReader::with_capacity(BUFFER_BYTES, source));
-        Self { source, parser, last_line: layout.body_line.saturating_sub(1), notes: layout.notes() }
+        let delimiters = Delimiters { separator: layout.separator.byte(), comment: layout.comment };
+        let source = Blocks::new(source, layout.body_line, is_file);
+        let last_line = layout.body_line.saturating_sub(1);
+        Self { source, parser, delimiters, last_line, notes: layout.notes() }
+    }
+
+    /// The next row into `row` where it is a plain one; false where it takes the parser, and at the end.
+    #[inline]
+    fn plain(&mut self, plan: &Plan, row: &mut Row, quality: &mut Quality) -> bool {
+        let Some((index, line)) = self.source.plain(plan) else { return false };
+        self.source.rows().write(index, row);
+        row.line = line;
+        quality.blank_lines += line.saturating_sub(self.last_line + 1);
+        self.last_line = line;
+        self.parser.set_line(line + 1);
+        true
     }
 
     fn into_rows(mut self, layout: Layout, options: &ReadOptions) -> Result<TextRows<Self>> {
@@ -109,7 +131,7 @@ impl CsvRecords {
         loop {
             let input = self
                 .source
-                .fill_buf()
+                .fill()
                 .map_err(|e| Error::new(format!("can't be read: {e}")).at_line(self.parser.line()))?;
             let is_over = input.is_empty();
             let (result, read, written, ended) =

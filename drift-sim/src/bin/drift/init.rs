@@ -7,7 +7,6 @@ use clap::Args;
 use drift_sim::Result;
 use drift_sim::init::propose;
 use drift_sim::output::{self, Outputs};
-use drift_sim::recording::{Recording, RowState};
 
 use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
@@ -36,7 +35,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let output = Some(arguments.output.as_path());
     let mut outputs = Outputs::checked(&[("--output", output)], &[&arguments.recording])?;
     let mut recording = arguments.reading.read(&arguments.recording, Vec::new())?;
-    keep_longest_closed(&mut recording);
+    if let Some((first_s, last_s)) = recording.keep_longest_closed() {
+        eprintln!(
+            "{}: only the longest stretch with the loop closed is used, {first_s} to {last_s} s",
+            recording.name
+        );
+    }
     let progress = Progress::of_stages("looking for law and plant");
     let proposal = propose(&recording)?;
     drop(progress);
@@ -46,34 +50,4 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         output::write_text(Path::new("-"), &proposal.screen())?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Keeps the longest stretch in which the loop is closed: by hand u follows no law, and the law starts anew afterwards.
-fn keep_longest_closed(recording: &mut Recording) {
-    let is_closed = |state: &RowState| *state != RowState::Manual;
-    let (mut longest, mut from) = (0..0, 0);
-    for (end, state) in recording.state.iter().chain([&RowState::Manual]).enumerate() {
-        if !is_closed(state) {
-            if end - from > longest.len() {
-                longest = from..end;
-            }
-            from = end + 1;
-        }
-    }
-    if longest.len() == recording.len() || longest.is_empty() {
-        return;
-    }
-    let (first_s, last_s) = (recording.time_s(longest.start), recording.time_s(longest.end - 1));
-    eprintln!(
-        "{}: only the longest stretch with the loop closed is used, {first_s} to {last_s} s",
-        recording.name
-    );
-    let signals = [&mut recording.r, &mut recording.y, &mut recording.u].into_iter();
-    for values in signals.chain(recording.extra.iter_mut().map(|(_, values)| values)) {
-        values.truncate(longest.end);
-        values.drain(..longest.start);
-    }
-    recording.state.truncate(longest.end);
-    recording.state.drain(..longest.start);
-    recording.start_s = first_s;
 }

@@ -7,7 +7,7 @@ import scipy.signal
 
 import drift
 
-PID = {"kind": "pid", "kp": 1.0, "ki": 2.0, "kd": 0.1, "derivative_filter_s": 0.01, "u_max": float("inf")}
+PID = {"kind": "pid", "kp": 1.0, "ki": 2.0, "kd": 0.1, "derivative_filter_s": 0.01, "u_max": 10.0}
 
 
 def loop(plant) -> drift.Loop:

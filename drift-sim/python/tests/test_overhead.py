@@ -50,7 +50,7 @@ def test_push_of_an_array(oven, calibration, tmp_path, capsys):
 
 def test_diagnose(oven, root, command, tmp_path, capsys):
     """Processor time of both: other work on the machine moves it less than the clock."""
-    faulty = oven.with_physics("sensor_bias", offset=2.0, onset_s=9000.0)
+    faulty = oven.with_physics("sensor_bias", bias=2.0, onset_s=9000.0)
     run = drift.simulate(faulty, duration_s=20_000, seed=2, reference_mean=35.0, reference_sd=3.0, reference_hold=200)
     path, loop = tmp_path / "run.csv", root / "examples/loops/oven.toml"
     pandas.DataFrame(run.to_dict()).to_csv(path, index=False)

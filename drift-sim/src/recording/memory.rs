@@ -186,7 +186,7 @@ mod tests {
                 .unwrap_err()
                 .to_string()
         };
-        assert!(refused(vec![0.0, 0.1, 0.2, 0.1]).starts_with("array:4: the time goes back"));
+        assert!(refused(vec![0.0, 0.1, 0.2, 0.1]).starts_with("array:4: time goes back"));
         assert!(refused(vec![0.0, 0.1, 0.25, 0.3, 0.42]).contains("the sampling is not uniform"));
         assert!(refused(vec![0.0]).contains("row"));
         let dates = ["2024-05-01 12:00:00", "2024-05-01 12:00:01"].map(|d| Some(d.to_owned()));

@@ -64,7 +64,7 @@ class Loop:
         1.0
         >>> drift.Loop.from_toml("[loop]")
         Traceback (most recent call last):
-        drift.DriftError: loop:1: [loop] lacks 'sample_time_s'; a finite number > 0
+        drift.DriftError: loop:1: [loop] lacks the key 'sample_time_s'; sample_time_s = a finite number > 0
         """
         return cls._of(_drift.Loop.parse(text, name), name)
 
@@ -97,7 +97,7 @@ class Loop:
 
     def with_plant(self, plant: Any) -> Self:
         """The same loop around another plant: a table, or a linear system of python-control or `scipy.signal`."""
-        return self.from_dict({**self.to_dict(), "plant": plant}, name=self._name)
+        return self.from_dict({**self.to_dict(), "plant": plant})
 
     def with_physics(self, kind: str, **numbers: Any) -> Self:
         """The same loop with one more physics term, as a table ``[[physics]]`` states it.
@@ -110,13 +110,13 @@ class Loop:
         ...     "controller": {"kind": "pi", "kp": 4.0, "ki": 0.025},
         ...     "plant": {"kind": "first-order", "gain": 0.8, "time_constant_s": 180.0, "offset": 21.0},
         ... })
-        >>> faulty = healthy.with_physics("sensor_bias", offset=2.0, onset_s=3600.0)
+        >>> faulty = healthy.with_physics("sensor_bias", bias=2.0, onset_s=3600.0)
         >>> faulty.to_dict()["physics"][0]["kind"]
         'sensor_bias'
         """
         tables = self.to_dict()
         term = {"kind": kind, **numbers}
-        return self.from_dict({**tables, "physics": [*tables.get("physics", []), term]}, name=self._name)
+        return self.from_dict({**tables, "physics": [*tables.get("physics", []), term]})
 
     def to_toml(self) -> str:
         """The text of a loop file that reads back as this loop."""

@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from . import _drift, _figure
 from ._table import Named, column, is_table, named_columns
 
-Data: TypeAlias = "Recording | str | PathLike[str] | Mapping[str, ArrayLike] | Any"
-
 
 class Reading(TypedDict, total=False):
     """How a recording is read; every function that reads one takes these keywords.
@@ -247,6 +245,10 @@ class Recording:
         """In one line."""
         every = f"{len(self)} samples every {self.sample_time_s:g} s from t = {self.start_s:g} s"
         return f"<Recording {self.name!r}: {every}>"
+
+
+Data: TypeAlias = Recording | str | PathLike[str] | Mapping[str, ArrayLike] | Any
+"""Whatever a user holds."""
 
 
 def as_recording(data: Data, reading: Reading, further: Sequence[str] | None = None, name: str = "table") -> Recording:

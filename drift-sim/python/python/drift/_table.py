@@ -104,4 +104,5 @@ def _objects(array: NDArray[Any]) -> Column:
 
 
 def _is_missing(value: object) -> bool:
-    return value is None or value != value or type(value).__name__ in ("NAType", "NaTType")
+    # pandas' own marks can't be compared.
+    return value is None or type(value).__name__ in ("NAType", "NaTType") or value != value

@@ -15,6 +15,28 @@ _Path: TypeAlias = str | PathLike[str]
 _Map: TypeAlias = tuple[str | None, str, str, str]
 _Stretch: TypeAlias = tuple[float, float, int]
 
+__all__ = [
+    "Baseline",
+    "Calibration",
+    "Design",
+    "Diagnosis",
+    "DriftError",
+    "Loop",
+    "Monitor",
+    "Monitoring",
+    "Overview",
+    "Proposal",
+    "Recording",
+    "Simulation",
+    "calibrate",
+    "design",
+    "diagnose",
+    "look",
+    "propose",
+    "simulate",
+    "watch",
+]
+
 class DriftError(ValueError): ...
 
 @final

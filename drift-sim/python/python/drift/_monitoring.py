@@ -65,16 +65,45 @@ class Decision:
         What each channel said.
     """
 
-    _fields: dict[str, Any]
+    _line: str
 
     def __init__(self, line: str) -> None:
-        self._fields = json.loads(line)
-        self.hop: int = self._fields["hop"]
-        self.from_s: float = self._fields["from_s"]
-        self.to_s: float = self._fields["to_s"]
-        self.status: str = self._fields["status"]
-        self.verdict: str = self._fields["verdict"]
-        self.location: str = self._fields["location"]
+        self._line = line
+
+    @cached_property
+    def _fields(self) -> dict[str, Any]:
+        """Read when it is first asked for: most decisions never are."""
+        return dict(json.loads(self._line))
+
+    @property
+    def hop(self) -> int:
+        """Its number, from 0."""
+        return int(self._fields["hop"])
+
+    @property
+    def from_s(self) -> float:
+        """Begin of the window, s."""
+        return float(self._fields["from_s"])
+
+    @property
+    def to_s(self) -> float:
+        """End of the window, s."""
+        return float(self._fields["to_s"])
+
+    @property
+    def status(self) -> str:
+        """``valid`` or ``too_few_valid``."""
+        return str(self._fields["status"])
+
+    @property
+    def verdict(self) -> str:
+        """The worst of the channels'."""
+        return str(self._fields["verdict"])
+
+    @property
+    def location(self) -> str:
+        """Where in the loop the deviation shows."""
+        return str(self._fields["location"])
 
     @cached_property
     def channels(self) -> list[Channel]:

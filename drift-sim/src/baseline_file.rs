@@ -68,6 +68,11 @@ pub struct Timing {
 }
 
 impl Timing {
+    /// Seconds per tick, as the decimal number that was meant.
+    pub fn sample_time_s(&self) -> f64 {
+        shortest(self.sample_time_s)
+    }
+
     /// Ticks per window: `window_blocks*block_ticks`.
     pub fn window_ticks(&self) -> u64 {
         u64::from(self.block_ticks) * u64::from(self.window_blocks)

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::BaselineFile;
 use crate::{Error, Result};
 
 /// Most columns.
@@ -16,6 +17,31 @@ pub struct PointColumns {
     pub columns: Vec<String>,
     /// What each is multiplied by.
     pub scales: Vec<f32>,
+}
+
+impl BaselineFile {
+    /// The columns that the baseline depends on, under the names that they have in a recording: `asked` in the baseline's order,
+    /// or its own.
+    ///
+    /// # Errors
+    /// Other than as many names as the baseline has columns.
+    pub fn point_columns(&self, asked: &[String]) -> Result<Option<PointColumns>> {
+        let Some(point) = &self.operating_point else {
+            return match asked {
+                [] => Ok(None),
+                _ => Err(Error::new("--operating-point: the baseline was learnt without any")
+                    .allowed("a baseline of `drift calibrate --operating-point`")),
+            };
+        };
+        if asked.is_empty() {
+            return Ok(Some(point.clone()));
+        }
+        if asked.len() != point.columns.len() {
+            return Err(Error::new(format!("--operating-point names {} columns", asked.len()))
+                .allowed(format!("as many as the baseline's: {}", point.columns.join(", "))));
+        }
+        Ok(Some(PointColumns { columns: asked.to_vec(), scales: point.scales.clone() }))
+    }
 }
 
 impl PointColumns {

@@ -80,17 +80,32 @@ impl FromStr for ColumnMap {
     /// Reads `t=time,r=SP,y=PV,u=OP`; what isn't named keeps its own letter or is guessed, `t=` ignores the
     /// time stamps, `r=` says that the reference is not recorded.
     fn from_str(text: &str) -> Result<Self> {
-        let refused = |what: String| Error::new(what).allowed("like t=time,r=SP,y=PV,u=OP");
+        let pair = |pair: &str| match pair.split_once('=') {
+            Some((signal, column)) => Ok((signal.trim().to_owned(), column.trim().to_owned())),
+            None => Err(refused(format!("columns: '{pair}' has no '='"))),
+        };
+        Self::of(split_outside_brackets(text).map(pair).collect::<Result<Vec<_>>>()?)
+    }
+}
+
+fn refused(what: String) -> Error {
+    Error::new(what).allowed("like t=time,r=SP,y=PV,u=OP")
+}
+
+impl ColumnMap {
+    /// Takes pairs of a signal (t, r, y, u) and its column; an empty column says that there are no time stamps, or no reference.
+    ///
+    /// # Errors
+    /// A signal is unknown or named twice, or y or u has no column.
+    pub fn of(pairs: impl IntoIterator<Item = (String, String)>) -> Result<Self> {
         let mut map = Self::default();
         let mut seen = Vec::new();
-        for pair in split_outside_brackets(text) {
-            let (signal, column) =
-                pair.split_once('=').ok_or_else(|| refused(format!("columns: '{pair}' has no '='")))?;
-            let (signal, column) = (signal.trim(), column.trim());
-            if seen.contains(&signal) {
+        for (signal, column) in pairs {
+            let (signal, column) = (signal.as_str(), column.as_str());
+            if seen.iter().any(|named| named == signal) {
                 return Err(refused(format!("columns: '{signal}' is named twice")));
             }
-            seen.push(signal);
+            seen.push(signal.to_owned());
             if column.is_empty() && !["t", "r"].contains(&signal) {
                 return Err(refused(format!("columns: no column for '{signal}'")));
             }

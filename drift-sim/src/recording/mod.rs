@@ -28,6 +28,7 @@ mod matlab4;
 mod matlab73;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod memory;
 mod mode_codes;
 mod overview;
 #[cfg(feature = "parquet")]
@@ -61,6 +62,7 @@ pub use overview::{Gap, Overview, Span};
 pub use quality::{Jitter, Quality};
 pub use repeated::Repeated;
 pub use stream::{RecordingStream, Sample};
+pub use table::Cells;
 pub use when::{Comparison, When};
 pub use write::{csv_bytes, uniform_times_s, write_csv};
 

@@ -128,19 +128,30 @@ impl Overview {
         let budget = Budget::of(options.memory_limit_bytes.unwrap_or(MEMORY_LIMIT_BYTES));
         let read = || -> Result<Self> {
             let (rows, format) = format::open(Source { reader, file, budget: budget.clone() }, options)?;
-            let mut rows = judged(merged(rows, options));
-            let mut overview = Self { name: name.to_owned(), format, ..Self::default() };
-            let manual = overview.collect(rows.as_mut(), &budget, options)?;
-            overview.names = rows.names().to_vec();
-            overview.columns = rows.choice().columns.clone();
-            overview.notes = rows.notes();
-            if let Some(lack) = &rows.choice().lacks {
-                (overview.lacks, overview.example) = (Some(lack.says.clone()), lack.example.clone());
-            }
-            overview.describe(&manual);
-            Ok(overview)
+            Self::of_rows(name, rows, format, &budget, options)
         };
         read().map_err(|e| e.in_file(name))
+    }
+
+    /// What is in these rows, wherever they are from.
+    pub(super) fn of_rows(
+        name: &str,
+        rows: Box<dyn Rows>,
+        format: &'static str,
+        budget: &Budget,
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        let mut rows = judged(merged(rows, options));
+        let mut overview = Self { name: name.to_owned(), format, ..Self::default() };
+        let manual = overview.collect(rows.as_mut(), budget, options)?;
+        overview.names = rows.names().to_vec();
+        overview.columns = rows.choice().columns.clone();
+        overview.notes = rows.notes();
+        if let Some(lack) = &rows.choice().lacks {
+            (overview.lacks, overview.example) = (Some(lack.says.clone()), lack.example.clone());
+        }
+        overview.describe(&manual);
+        Ok(overview)
     }
 
     fn collect(&mut self, rows: &mut dyn Rows, budget: &Budget, options: &ReadOptions) -> Result<Vec<bool>> {
@@ -209,6 +220,6 @@ impl Overview {
 }
 
 /// The sample time of a recording that can be read to its end.
-fn sampling(stream: Result<RecordingStream>) -> Result<f64> {
+pub(super) fn sampling(stream: Result<RecordingStream>) -> Result<f64> {
     Recording::collect(stream?).map(|recording| recording.sample_time_s)
 }

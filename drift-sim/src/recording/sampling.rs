@@ -37,7 +37,6 @@ impl Line {
     fn learn(&mut self, k: f64, t: f64) {
         const MEMORY: f64 = HEAD_ROWS as f64;
         if self.weight >= MEMORY {
-            #[expect(clippy::float_cmp, reason = "from there on it is the same number in every row")]
             let fade =
                 if self.weight == MEMORY { (MEMORY - 1.0) / MEMORY } else { (MEMORY - 1.0) / self.weight };
             self.weight *= fade;

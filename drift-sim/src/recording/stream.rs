@@ -112,7 +112,19 @@ impl RecordingStream {
         let reader = Counted { source, bytes: Arc::clone(&bytes_read) };
         let budget = Budget::of(options.memory_limit_bytes.unwrap_or(MEMORY_LIMIT_BYTES));
         let source = Source { reader: Box::new(reader), file, budget: budget.clone() };
-        let mut rows = judged(merged(format::open(source, options)?.0, options));
+        let rows = format::open(source, options)?.0;
+        Self::of_rows(name, rows, budget, bytes_read, options)
+    }
+
+    /// A recording of these rows, wherever they are from.
+    pub(super) fn of_rows(
+        name: &str,
+        rows: Box<dyn Rows>,
+        budget: Budget,
+        bytes_read: Arc<AtomicU64>,
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        let mut rows = judged(merged(rows, options));
         let mut quality = Quality::default();
         let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.
@@ -149,6 +161,34 @@ impl RecordingStream {
             stream.head.pop_front();
         }
         Ok(stream)
+    }
+
+    /// A recording that is on its grid already: one row, one sample, with what was found when it was read.
+    pub(super) fn of_samples(
+        name: &str,
+        rows: Box<dyn Rows>,
+        sample_time_s: f64,
+        start_s: f64,
+        quality: Quality,
+    ) -> Self {
+        Self {
+            budget: Budget::of(MEMORY_LIMIT_BYTES),
+            assumed_r: None,
+            no_extra: Vec::new(),
+            rows,
+            file: name.to_owned(),
+            bytes_read: Arc::new(AtomicU64::new(0)),
+            size_bytes: None,
+            head: VecDeque::new(),
+            row: Row::default(),
+            before: Row::default(),
+            pacing: Pacing::Given(sample_time_s),
+            start_s,
+            missing_first: 0,
+            index: 0,
+            // Counted anew while they come.
+            quality: Quality { samples: 0, manual: 0, ..quality },
+        }
     }
 
     /// The next sample, `None` at the end.

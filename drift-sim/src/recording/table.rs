@@ -12,15 +12,17 @@ use crate::{Error, Result};
 
 /// The cells of one column. NaN and `None` are missing.
 #[derive(Debug, Clone)]
-pub(super) enum Cells {
+pub enum Cells {
+    /// Numbers in double precision.
     Double(Vec<f64>),
+    /// Numbers in single precision: in a time column their shortest text counts, 0.1 and not 0.10000000149.
     Single(Vec<f32>),
-    #[cfg_attr(not(feature = "parquet"), expect(dead_code, reason = "only Parquet holds text"))]
+    /// Text: dates, modes, numbers as they are written.
     Text(Vec<Option<String>>),
 }
 
 impl Cells {
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         match self {
             Self::Double(values) => values.len(),
             Self::Single(values) => values.len(),

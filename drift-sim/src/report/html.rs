@@ -23,9 +23,9 @@ const LEAST_PER_LINE: usize = 1000;
 
 pub(super) fn write(page: &Page) -> Result<String> {
     let lengths: Vec<usize> = page.sections.iter().flat_map(|s| line_lengths(&s.blocks)).collect();
-    let mut writer =
-        Writer { body: String::new(), figures: Vec::new(), most: longest_line(&lengths), stills: 0 };
-    writer.head(page);
+    let mut writer = Writer::new(longest_line(&lengths));
+    writer.answer(page);
+    writer.contents(page);
     for (i, section) in page.sections.iter().enumerate() {
         writer.section(i, section)?;
     }
@@ -42,6 +42,14 @@ pub(super) fn proof(proof: &Proof, id: &str) -> String {
         markup += &format!("<div class=\"{class}\">{svg}</div>");
     }
     markup + &format!("<figcaption>{}</figcaption></figure>\n", escape::text(&proof.caption))
+}
+
+pub(super) fn first_screen(page: &Page) -> String {
+    let mut writer = Writer::new(MOST_PER_LINE);
+    writer.answer(page);
+    // Nested in a class, the style reaches nothing of the page around it.
+    let style = STYLE.replace(":root", "&").replace("body {", "& {");
+    format!("<div class=\"drift-answer\"><style>.drift-answer {{\n{style}}}</style>\n{}</div>\n", writer.body)
 }
 
 /// Points of each line of all charts among the blocks.
@@ -75,13 +83,18 @@ struct Writer {
 }
 
 impl Writer {
+    /// Nothing yet; lines keep at most so many points.
+    fn new(most: usize) -> Self {
+        Self { body: String::new(), figures: Vec::new(), most, stills: 0 }
+    }
+
     /// Adds markup; writing to a String can't fail.
     fn put(&mut self, markup: std::fmt::Arguments<'_>) {
         let _ = self.body.write_fmt(markup);
     }
 
-    /// The first screen, the contents, and where the rest begins.
-    fn head(&mut self, page: &Page) {
+    /// The first screen.
+    fn answer(&mut self, page: &Page) {
         let answer = &page.answer;
         self.body.push_str("<header><p class=\"top\">");
         if let Some(status) = answer.status {
@@ -104,7 +117,12 @@ impl Writer {
         if let Some(proof) = &page.proof {
             self.body.push_str(&self::proof(proof, "p"));
         }
-        self.body.push_str("</header>\n<nav aria-label=\"Contents\"><ul>");
+        self.body.push_str("</header>\n");
+    }
+
+    /// The contents, and where the rest begins.
+    fn contents(&mut self, page: &Page) {
+        self.body.push_str("<nav aria-label=\"Contents\"><ul>");
         for (i, section) in page.sections.iter().enumerate() {
             self.put(format_args!("<li><a href=\"#s{i}\">{}</a></li>", escape::text(&section.title)));
         }

@@ -16,7 +16,7 @@ pub use plane::{Cloud, Moved, axis_names, plane};
 
 use crate::plot::Figure;
 use crate::sentences::{Answer, Status};
-use crate::{Result, output};
+use crate::{Error, Result, output};
 
 /// The style sheet of all pages: colours, light and dark, type.
 pub const STYLE: &str = include_str!("style.css");
@@ -139,6 +139,12 @@ impl Page {
         html::write(self)
     }
 
+    /// The first screen alone, to be shown within another page: status, sentence, numbers and the picture that proves it, with
+    /// a style that touches nothing around it (by CSS nesting, which browsers know since 2023).
+    pub fn first_screen(&self) -> String {
+        html::first_screen(self)
+    }
+
     /// Writes the page, whole or not at all; `-` is standard output.
     ///
     /// # Errors
@@ -146,4 +152,14 @@ impl Page {
     pub fn write(&self, path: &std::path::Path) -> Result<()> {
         output::write_text(path, &self.to_html()?)
     }
+}
+
+/// A figure as data, as the charts of a page have it: panels of layers, numbers to six digits of a line's range, lines thinned to
+/// `most_points`.
+///
+/// # Errors
+/// It can't be written as JSON, which none is known to cause.
+pub fn figure_json(figure: &Figure, most_points: usize) -> Result<serde_json::Value> {
+    serde_json::to_value(chart_data::of(figure, None, most_points).0)
+        .map_err(|e| Error::new(format!("the chart can't be written: {e}")))
 }

@@ -14,6 +14,7 @@
 
 mod body;
 mod delay_line;
+mod driving;
 mod exact;
 mod law;
 mod linear;
@@ -24,6 +25,7 @@ mod straight;
 mod tank;
 mod terms;
 
+pub use driving::{DEFAULT_SAMPLES, Driving, Row, samples, time_s};
 pub use law::replay_law;
 pub use observed::Observer;
 pub use start::Start;

@@ -5,11 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args, ValueEnum};
-use drift_sim::design::{
-    Alternative, Cusum, EstimatedBaseline, Ewma, OneSided, RunLength, Shewhart, Sprt, check_shift,
-};
+use drift_sim::design::{Design, DetectorKind, QUANTILES, Request};
 use drift_sim::{Error, Result, output};
-use serde_json::{Value, json};
 
 use crate::progress::Progress;
 
@@ -82,50 +79,13 @@ enum Detector {
     Sprt,
 }
 
-/// What was designed, whichever the detector.
-struct Design {
-    detector: &'static str,
-    k: Option<f64>,
-    /// EWMA: the weight.
-    lambda: Option<f64>,
-    h: f64,
-    shift: f64,
-    arl0: f64,
-    arl1: f64,
-    /// Where it was computed.
-    one_sided: Option<[f64; 2]>,
-    run_lengths: Option<[RunLength; 2]>,
-    drift_arl: Option<f64>,
-    /// SPRT: the lower boundary.
-    lower: Option<f64>,
-    /// In-control run lengths that 5, 10, 50, 90 % of commissionings stay below.
-    commissioned: Option<[f64; 4]>,
-}
-
-const COMMISSIONED: [f64; 4] = [0.05, 0.1, 0.5, 0.9];
-const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
-
 /// Designs, prints, writes.
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
-    if let Some(hop_s) = arguments.hop_s
-        && !(hop_s > 0.0 && hop_s.is_finite())
-    {
-        return Err(Error::new(format!("hop_s is {hop_s}")).allowed("a number of seconds above 0"));
-    }
     let progress = Progress::of_unknown("computing run lengths");
-    let design = match arguments.detector {
-        Detector::Cusum => cusum(&arguments)?,
-        Detector::Ewma => ewma(&arguments)?,
-        Detector::Shewhart => shewhart(&arguments)?,
-        Detector::Sprt => sprt(&arguments)?,
-    };
+    let design = arguments.request().design()?;
     drop(progress);
-    let one_sided = design.one_sided.iter().flatten();
-    if ![design.arl0, design.arl1].iter().chain(one_sided).all(|l| l.is_finite()) {
-        return Err(Error::new("the run length is beyond all numbers").allowed("a smaller h or k"));
-    }
     if let Some(path) = &arguments.json {
-        let text = serde_json::to_string_pretty(&as_json(&arguments, &design))
+        let text = serde_json::to_string_pretty(&design.to_json())
             .map_err(|e| Error::new(format!("JSON can't be written: {e}")))?;
         output::write_text(path, &format!("{text}\n"))?;
     }
@@ -135,244 +95,31 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses what the chosen detector has no meaning for.
-fn refuse(given: &[(&str, bool)], detector: &str) -> Result<()> {
-    match given.iter().find(|(_, given)| *given) {
-        Some((flag, _)) => Err(Error::new(format!("{flag} does not go with {detector}"))),
-        None => Ok(()),
-    }
-}
-
-fn k(arguments: &Arguments) -> Result<f64> {
-    arguments.k.ok_or_else(|| Error::new("--k is missing").allowed("half the shift to be found, in sigmas"))
-}
-
-fn shift(arguments: &Arguments, default: f64) -> Result<f64> {
-    let shift = arguments.shift.unwrap_or(default);
-    check_shift(shift).map(|()| shift)
-}
-
-fn cusum(arguments: &Arguments) -> Result<Design> {
-    let given = [
-        ("--ratio", arguments.ratio.is_some()),
-        ("--beta", arguments.beta.is_some()),
-        ("--lambda", arguments.lambda.is_some()),
-    ];
-    refuse(&given, "a CUSUM")?;
-    let k = k(arguments)?;
-    let shift = shift(arguments, if k > 0.0 { 2.0 * k } else { 1.0 })?;
-    let head_start = arguments.head_start.unwrap_or(0.0);
-    if arguments.one_sided {
-        refuse(&[("--windows", arguments.windows.is_some())], "--one-sided")?;
-    }
-    let baseline = arguments.windows.map(EstimatedBaseline::independent).transpose()?;
-    let chart = match (arguments.h, arguments.arl0, baseline) {
-        (Some(h), _, _) => Cusum::new(k, h, head_start)?,
-        (_, Some(arl0), Some(baseline)) => baseline.guaranteed(k, arl0, arguments.confidence, head_start)?,
-        (_, Some(arl0), None) if arguments.one_sided => {
-            let side = OneSided::with_arl0(k, arl0, head_start)?;
-            Cusum::new(k, side.h(), head_start)?
+impl Arguments {
+    fn request(&self) -> Request {
+        Request {
+            detector: match self.detector {
+                Detector::Cusum => DetectorKind::Cusum,
+                Detector::Ewma => DetectorKind::Ewma,
+                Detector::Shewhart => DetectorKind::Shewhart,
+                Detector::Sprt => DetectorKind::Sprt,
+            },
+            k: self.k,
+            lambda: self.lambda,
+            h: self.h,
+            arl0: self.arl0,
+            shift: self.shift,
+            head_start: self.head_start,
+            slope: self.slope,
+            one_sided: self.one_sided,
+            windows: self.windows,
+            confidence: Some(self.confidence),
+            mission: self.mission,
+            hop_s: self.hop_s,
+            ratio: self.ratio,
+            beta: self.beta,
         }
-        (_, Some(arl0), None) => Cusum::with_arl0(k, arl0, head_start)?,
-        (None, None, _) => return Err(Error::new("neither --h nor --arl0 is given")),
-    };
-    let side = chart.up();
-    let one_sided = [side.arl(0.0), side.arl(shift)];
-    let [arl0, arl1] = if arguments.one_sided { one_sided } else { [chart.arl(0.0), chart.arl(shift)] };
-    let run_length =
-        |mean: f64| if arguments.one_sided { side.run_length(mean) } else { chart.run_length(mean) };
-    let commissioned = match baseline {
-        Some(baseline) => {
-            let mut found = [0.0; 4];
-            for (found, p) in found.iter_mut().zip(COMMISSIONED) {
-                *found = baseline.arl0_quantile(&chart, p)?;
-            }
-            Some(found)
-        }
-        None => None,
-    };
-    Ok(Design {
-        detector: "cusum",
-        k: Some(k),
-        lambda: None,
-        h: side.h(),
-        shift,
-        arl0,
-        arl1,
-        one_sided: Some(one_sided),
-        run_lengths: Some([run_length(0.0), run_length(shift)]),
-        drift_arl: arguments.slope.map(|slope| side.drift_arl(slope)).transpose()?,
-        lower: None,
-        commissioned,
-    })
-}
-
-fn ewma(arguments: &Arguments) -> Result<Design> {
-    let given = [
-        ("--k", arguments.k.is_some()),
-        ("--head-start", arguments.head_start.is_some()),
-        ("--windows", arguments.windows.is_some()),
-        ("--ratio", arguments.ratio.is_some()),
-        ("--beta", arguments.beta.is_some()),
-        ("--slope", arguments.slope.is_some()),
-        ("--mission", arguments.mission.is_some()),
-        ("--one-sided", arguments.one_sided),
-    ];
-    refuse(&given, "an EWMA")?;
-    let shift = shift(arguments, 1.0)?;
-    let lambda = arguments.lambda.unwrap_or(0.1);
-    let chart = match (arguments.h, arguments.arl0) {
-        (Some(limit), _) => Ewma::new(lambda, limit)?,
-        (_, Some(arl0)) => Ewma::with_arl0(lambda, arl0)?,
-        (None, None) => return Err(Error::new("neither --h nor --arl0 is given")),
-    };
-    let [arl0, arl1] = [chart.arl(0.0), chart.arl(shift)];
-    Ok(Design {
-        detector: "ewma",
-        k: None,
-        lambda: Some(lambda),
-        h: chart.limit(),
-        shift,
-        arl0,
-        arl1,
-        one_sided: None,
-        run_lengths: None,
-        drift_arl: None,
-        lower: None,
-        commissioned: None,
-    })
-}
-
-fn shewhart(arguments: &Arguments) -> Result<Design> {
-    let given = [
-        ("--k", arguments.k.is_some()),
-        ("--head-start", arguments.head_start.is_some()),
-        ("--windows", arguments.windows.is_some()),
-        ("--ratio", arguments.ratio.is_some()),
-        ("--beta", arguments.beta.is_some()),
-        ("--lambda", arguments.lambda.is_some()),
-    ];
-    refuse(&given, "a Shewhart chart")?;
-    let shift = shift(arguments, 1.0)?;
-    let chart = match (arguments.h, arguments.arl0, arguments.one_sided) {
-        (Some(h), _, true) => Shewhart::new(h, f64::INFINITY)?,
-        (Some(h), _, false) => Shewhart::new(h, h)?,
-        (_, Some(arl0), true) => Shewhart::one_sided_with_arl0(arl0)?,
-        (_, Some(arl0), false) => Shewhart::with_arl0(arl0)?,
-        (None, None, _) => return Err(Error::new("neither --h nor --arl0 is given")),
-    };
-    let side = Shewhart::new(chart.upper(), f64::INFINITY)?;
-    Ok(Design {
-        detector: "shewhart",
-        k: None,
-        lambda: None,
-        h: chart.upper(),
-        shift,
-        arl0: chart.arl(0.0),
-        arl1: chart.arl(shift),
-        one_sided: Some([side.arl(0.0), side.arl(shift)]),
-        run_lengths: Some([chart.run_length(0.0), chart.run_length(shift)]),
-        drift_arl: arguments.slope.map(|slope| chart.drift_arl(slope)).transpose()?,
-        lower: None,
-        commissioned: None,
-    })
-}
-
-fn sprt(arguments: &Arguments) -> Result<Design> {
-    let given = [
-        ("--head-start", arguments.head_start.is_some()),
-        ("--windows", arguments.windows.is_some()),
-        ("--slope", arguments.slope.is_some()),
-        ("--mission", arguments.mission.is_some()),
-        ("--lambda", arguments.lambda.is_some()),
-    ];
-    refuse(&given, "an SPRT")?;
-    let k = k(arguments)?;
-    let shift = shift(arguments, 2.0 * k)?;
-    let alternative = Alternative::new(2.0 * k, arguments.ratio.unwrap_or(1.0))?;
-    let beta = arguments.beta.unwrap_or(0.01);
-    if !(beta > 0.0 && beta < 1.0) {
-        return Err(Error::new(format!("beta is {beta}")).allowed("between 0 and 1"));
     }
-    let lower = beta.ln();
-    let sides = if arguments.one_sided { 1.0 } else { 2.0 };
-    let test = match (arguments.h, arguments.arl0) {
-        (Some(h), _) => Sprt::new(alternative, lower, h)?,
-        // In control both sides have the same run length, and together half of it.
-        (_, Some(arl0)) => Sprt::repeated_with_arl0(alternative, lower, arl0 * sides)?,
-        (None, None) => return Err(Error::new("neither --h nor --arl0 is given")),
-    };
-    let one_sided = [0.0, shift].map(|mean| test.repeated_arl(mean, 1.0));
-    let [arl0, arl1] =
-        if arguments.one_sided { one_sided } else { [0.0, shift].map(|mean| test.two_sided_arl(mean, 1.0)) };
-    Ok(Design {
-        detector: "sprt",
-        k: Some(k),
-        lambda: None,
-        h: test.upper(),
-        shift,
-        arl0,
-        arl1,
-        one_sided: Some(one_sided),
-        run_lengths: None,
-        drift_arl: None,
-        lower: Some(test.lower()),
-        commissioned: None,
-    })
-}
-
-fn as_json(arguments: &Arguments, design: &Design) -> Value {
-    let quantiles = |run: &RunLength| {
-        let [p05, p50, p95] = QUANTILES.map(|p| run.quantile(p));
-        json!({ "p05": p05, "p50": p50, "p95": p95 })
-    };
-    let mut all = json!({
-        "detector": design.detector,
-        "unit": "decisions",
-        "sides": if arguments.one_sided { 1 } else { 2 },
-        "k": design.k,
-        "h": design.h,
-        "shift": design.shift,
-        "arl0": design.arl0,
-        "arl1": design.arl1,
-        "one_sided": design.one_sided.map(|[arl0, arl1]| json!({ "arl0": arl0, "arl1": arl1 })),
-        "quantiles": design.run_lengths.as_ref().map(|[in_control, shifted]| {
-            json!({ "in_control": quantiles(in_control), "shifted": quantiles(shifted) })
-        }),
-    });
-    if let Some(lambda) = design.lambda {
-        all["lambda"] = json!(lambda);
-    }
-    if design.detector == "cusum" {
-        all["head_start"] = json!(arguments.head_start.unwrap_or(0.0));
-    }
-    if let Some(lower) = design.lower {
-        all["lower"] = json!(lower);
-        all["ratio"] = json!(arguments.ratio.unwrap_or(1.0));
-    }
-    if let (Some(slope), Some(arl)) = (arguments.slope, design.drift_arl) {
-        all["drift"] = json!({ "slope": slope, "arl": arl });
-    }
-    if let (Some(mission), Some([in_control, shifted])) = (arguments.mission, &design.run_lengths) {
-        all["mission"] = json!({
-            "decisions": mission,
-            "false_alarm_probability": in_control.alarm_within(mission),
-            "alarm_probability": shifted.alarm_within(mission),
-        });
-    }
-    if let (Some(windows), Some([p05, p10, p50, p90])) = (arguments.windows, design.commissioned) {
-        all["baseline"] = json!({
-            "windows": windows,
-            "confidence": arguments.arl0.map(|_| arguments.confidence),
-            "arl0_quantiles": { "p05": p05, "p10": p10, "p50": p50, "p90": p90 },
-        });
-    }
-    if let Some(hop_s) = arguments.hop_s {
-        all["hop_s"] = json!(hop_s);
-        all["arl0_hours"] = json!(design.arl0 * hop_s / 3600.0);
-        all["arl1_hours"] = json!(design.arl1 * hop_s / 3600.0);
-    }
-    all
 }
 
 /// One screen that says what the numbers mean. Writing to a `String` can't fail.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use drift_core::Config;
-use drift_sim::baseline_file::{BaselineFile, PointColumns};
+use drift_sim::baseline_file::BaselineFile;
 use drift_sim::monitor::{Chart, FailOn, Outputs, Stopped, Summary, page, screen, watch};
 use drift_sim::output::Outputs as Files;
 use drift_sim::recording::RecordingStream;
@@ -78,7 +78,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let baseline = BaselineFile::read(&arguments.baseline)?;
     let config = baseline.config().map_err(|e| e.in_file(&arguments.baseline))?;
-    let point = point_columns(&arguments, &baseline)?;
+    let point = baseline.point_columns(&arguments.operating_point)?;
     let further = point.as_ref().map_or_else(Vec::new, |point| point.columns.clone());
     let mut stream = arguments.reading.open(&arguments.recording, further)?;
     let is_drawn = arguments.plot.is_some() || arguments.report.is_some();
@@ -104,26 +104,6 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     }
     let failed = arguments.fail_on.is_some_and(|level| summary.reaches(level.into()));
     Ok(ExitCode::from(if failed { 3 } else { 0 }))
-}
-
-/// The columns that the baseline depends on, under the names that they have in this recording.
-fn point_columns(arguments: &Arguments, baseline: &BaselineFile) -> Result<Option<PointColumns>> {
-    let asked = &arguments.operating_point;
-    let Some(point) = &baseline.operating_point else {
-        return match asked.as_slice() {
-            [] => Ok(None),
-            _ => Err(Error::new("--operating-point: the baseline was learnt without any")
-                .allowed("a baseline of `drift calibrate --operating-point`")),
-        };
-    };
-    if asked.is_empty() {
-        return Ok(Some(point.clone()));
-    }
-    if asked.len() != point.columns.len() {
-        return Err(Error::new(format!("--operating-point names {} columns", asked.len()))
-            .allowed(format!("as many as the baseline's: {}", point.columns.join(", "))));
-    }
-    Ok(Some(PointColumns { columns: asked.clone(), scales: point.scales.clone() }))
 }
 
 /// Watches to the end; `None` where standard output was closed before.

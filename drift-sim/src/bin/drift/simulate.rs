@@ -9,7 +9,7 @@ use drift_sim::controller::Controller;
 use drift_sim::output::Outputs;
 use drift_sim::reference::Reference;
 use drift_sim::shortest;
-use drift_sim::simulate::{Simulation, Start, diverged};
+use drift_sim::simulate::{DEFAULT_SAMPLES, Driving, Row, Simulation, diverged, samples, time_s};
 use drift_sim::{Error, Result};
 
 use crate::progress::Progress;
@@ -63,12 +63,6 @@ fn not_negative(text: &str) -> std::result::Result<f64, String> {
     finite(text).and_then(|value| if value >= 0.0 { Ok(value) } else { Err("must be >= 0".to_string()) })
 }
 
-/// Samples of a run whose length nobody states.
-const DEFAULT_SAMPLES: usize = 10_000;
-
-/// More would be a mistake in the duration: years of a fast loop, tens of gigabytes.
-const MOST_SAMPLES: f64 = 1e9;
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut inputs: Vec<&Path> = vec![&arguments.loop_file];
@@ -79,11 +73,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let asked = arguments.duration.map(|duration| samples(duration, model.sample_time_s)).transpose()?;
     let mut simulation = Simulation::new(&model, arguments.seed).map_err(in_loop_file)?;
     if let Some(path) = &arguments.reference {
-        let recorded = Driving::read(path, &model, &arguments.reading)?;
-        simulation
-            .start(&Start::from_recording(&model, &recorded.r, &recorded.y, &recorded.u))
-            .map_err(in_loop_file)?;
-        let length = asked.map_or(recorded.r.len(), |asked| asked.min(recorded.r.len()));
+        let inputs = model.inputs.iter().map(|input| input.column.clone());
+        let recorded = Driving::new(arguments.reading.read(path, inputs.collect())?, &model)?;
+        simulation.start(&recorded.start(&model)).map_err(in_loop_file)?;
+        let length = asked.map_or(recorded.len(), |asked| asked.min(recorded.len()));
         let row = |n: usize| recorded.row(n);
         return write(arguments, outputs, &model, simulation, length, row);
     }
@@ -101,25 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     write(arguments, outputs, &model, simulation, asked.unwrap_or(DEFAULT_SAMPLES), row)
 }
 
-fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
-    let samples = (duration_s / sample_time_s).round().max(1.0);
-    if samples > MOST_SAMPLES {
-        let allowed = format!("--duration up to {} s at this sample time", MOST_SAMPLES * sample_time_s);
-        return Err(Error::new(format!("--duration {duration_s:e} is {samples:e} samples")).allowed(allowed));
-    }
-    Ok(samples as usize)
-}
-
 /// Text is handed on once it is as long as this.
 const BUFFER_BYTES: usize = 1 << 16;
-
-/// What drives one sample.
-struct Row {
-    r: f64,
-    /// Only where the controller is recorded.
-    u: Option<f64>,
-    inputs: Vec<f64>,
-}
 
 fn write(
     arguments: &Arguments,
@@ -140,7 +116,7 @@ fn write(
         let mut text = Vec::with_capacity(2 * BUFFER_BYTES);
         for n in 0..length {
             let Row { r, u, inputs } = row(n);
-            let t = time(n, model.sample_time_s);
+            let t = time_s(n, model.sample_time_s);
             let step = match u {
                 Some(u) => simulation.replay_step(u, &inputs),
                 None => simulation.step(r, &inputs),
@@ -171,69 +147,11 @@ fn write(
     Ok(ExitCode::SUCCESS)
 }
 
-/// n*Ts without the last digits that the product's rounding adds, where nine decimals of a sample say it all.
-fn time(n: usize, sample_time_s: f64) -> f64 {
-    let per_second = (1.0 / sample_time_s).round();
-    if (per_second * sample_time_s - 1.0).abs() < 1e-15 {
-        n as f64 / per_second
-    } else {
-        n as f64 * sample_time_s
-    }
-}
-
 /// A column's name as CSV wants it.
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
     } else {
         name.to_string()
-    }
-}
-
-/// What a recording gives to a simulation.
-struct Driving {
-    r: Vec<f64>,
-    y: Vec<f64>,
-    u: Vec<f64>,
-    /// One column for each of the loop's inputs.
-    inputs: Vec<Vec<f64>>,
-    recorded_controller: bool,
-}
-
-impl Driving {
-    fn row(&self, n: usize) -> Row {
-        let at = |column: &[f64]| column.get(n).copied().unwrap_or(f64::NAN);
-        let u = self.recorded_controller.then(|| at(&self.u));
-        Row { r: at(&self.r), u, inputs: self.inputs.iter().map(|column| at(column)).collect() }
-    }
-
-    /// The columns r, y and u and one by name for each of the loop's inputs, at the loop's sample time and without a
-    /// gap: a simulation can't make up what drives it.
-    fn read(path: &Path, model: &Loop, reading: &RecordingArguments) -> Result<Self> {
-        let inputs = model.inputs.iter().map(|input| input.column.clone());
-        let recording = reading.read(path, inputs.collect())?;
-        model.check_sample_time(recording.sample_time_s).map_err(|e| e.in_file(path))?;
-        let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(<[f64]>::to_vec));
-        let driving = Self {
-            inputs: inputs.collect::<Result<_>>().map_err(|e| e.in_file(path))?,
-            recorded_controller: model.controller == Controller::Recorded,
-            r: recording.r,
-            y: recording.y,
-            u: recording.u,
-        };
-        driving.complete(recording.sample_time_s).map_err(|e| e.in_file(path))?;
-        Ok(driving)
-    }
-
-    fn complete(&self, sample_time_s: f64) -> Result<()> {
-        let own = [("r", &self.r), ("y", &self.y), ("u", &self.u)];
-        for (name, column) in own.into_iter().chain(self.inputs.iter().map(|column| ("an input", column))) {
-            if let Some(n) = column.iter().position(|value| !value.is_finite()) {
-                let t = n as f64 * sample_time_s;
-                return Err(Error::new(format!("{name} is missing {t} s from the start"))
-                    .allowed("a recording without gaps in r, y, u and the loop's inputs"));
-            }
-        }
-        Ok(())
     }
 }

@@ -9,7 +9,6 @@ from typing import Any, Unpack
 
 from . import _drift
 from ._loop import Loop, as_loop
-from ._proposal import Proposal, init
 from ._recording import Data, Reading, as_recording
 from ._result import Answer, Result
 
@@ -77,19 +76,12 @@ class Finding:
 
 
 class Diagnosis(Result):
-    """What a diagnosis found.
-
-    Attributes
-    ----------
-    proposal
-        The loop that was proposed where none was given; else None.
-    """
+    """What a diagnosis found."""
 
     _inner: _drift.Diagnosis
-    proposal: Proposal | None
 
-    def __init__(self, inner: _drift.Diagnosis, proposal: Proposal | None) -> None:
-        self._inner, self.proposal = inner, proposal
+    def __init__(self, inner: _drift.Diagnosis) -> None:
+        self._inner = inner
 
     @cached_property
     def _fields(self) -> dict[str, Any]:
@@ -180,8 +172,8 @@ def diagnose(
     data
         The recording.
     loop
-        What is known of the loop: a Loop, the path of a loop file, or its tables. Without it, what `init` proposes for the first
-        healthy recording, or for the recording itself where there is no healthy one.
+        What is known of the loop: a Loop, the path of a loop file, or its tables. Without it the law is looked for in the first
+        healthy recording, or in the recording itself where there is no healthy one, and the plant is identified.
     holdout
         A second recording, for the proof; without it the last 30 % of the first are held out.
     healthy
@@ -209,21 +201,15 @@ def diagnose(
     'no_mismatch'
     """
     every = list(healthy) if isinstance(healthy, list | tuple) else [healthy]
-    proposal: Proposal | None = None
-    if loop is None:
-        first = as_recording(every[0] if every else data, reading)
-        proposal = init(first)
-        model = proposal.loop
-    else:
-        model = as_loop(loop)
-    read = [as_recording(one, reading, further=model.inputs) for one in every]
-    recording = as_recording(data, reading, further=model.inputs)
-    unseen = None if holdout is None else as_recording(holdout, reading, further=model.inputs)
+    model = None if loop is None else as_loop(loop)
+    further = () if model is None else model.inputs
+    read = [as_recording(one, reading, further=further) for one in every]
+    recording = as_recording(data, reading, further=further)
+    unseen = None if holdout is None else as_recording(holdout, reading, further=further)
     inner = _drift.diagnose(
         recording._inner,
-        model._inner,
-        loop_name=model._name,
+        None if model is None else (model._name, model._inner),
         holdout=None if unseen is None else unseen._inner,
         healthy=[one._inner for one in read],
     )
-    return Diagnosis(inner, proposal)
+    return Diagnosis(inner)

@@ -205,9 +205,8 @@ class Diagnosis:
 
 def diagnose(
     recording: Recording,
-    model: Loop,
+    model: tuple[_Path, Loop] | None,
     *,
-    loop_name: _Path,
     holdout: Recording | None,
     healthy: Sequence[Recording],
 ) -> Diagnosis: ...

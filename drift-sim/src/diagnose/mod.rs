@@ -67,8 +67,7 @@ const LAW_IS_ANOTHER: f64 = 0.1;
 const MOST_SAMPLES: usize = 150_000;
 /// Part of the other's error on unseen data that a simulation must leave at most to be preferred on a guessed plant.
 const CLOSER: f64 = 0.8;
-/// What it may leave of u at most, in per cent, and what a simulation on a guessed plant must follow of u (of y under an unknown law) to be
-/// believed by itself.
+/// What it may leave of u at most, in per cent.
 const FOLLOWS_PCT: f64 = 50.0;
 /// Part of a recording that is held out when no other is given.
 const HELD_OUT: f64 = 0.3;
@@ -219,12 +218,6 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Whether the improved loop simulates what it has not seen.
-    fn follows(&self) -> bool {
-        let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
-        fits.after.is_some_and(|fit| fit.u_pct.unwrap_or(fit.y_pct) > FOLLOWS_PCT)
-    }
-
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.
     fn error_pct(&self) -> f64 {
         let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
@@ -254,9 +247,7 @@ fn diagnose_with(
         // No recording that can be read ends in an error, and none that is doubted is healthy.
         Judged::Doubted(undecided) => {
             let other = by_prediction_error().ok();
-            let is_guessed = nominal.plant == Plant::Identify;
-            let other = other
-                .filter(|found| found.verdict != Verdict::NoMismatch && (!is_guessed || found.follows()));
+            let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
             return Ok(other.unwrap_or(*undecided));
         }
         Judged::Nothing => return by_prediction_error(),

@@ -218,6 +218,13 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether the simulation with what was named is no better than without.
+    fn is_worse(&self) -> bool {
+        let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
+        let u = |fit: Option<prove::FitPct>| fit.and_then(|fit| fit.u_pct);
+        u(fits.before).zip(u(fits.after)).is_some_and(|(before, after)| after <= before)
+    }
+
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.
     fn error_pct(&self) -> f64 {
         let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
@@ -258,7 +265,9 @@ fn diagnose_with(
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
     let least = if matches!(found.verdict, Verdict::Located | Verdict::Undecided) { 2 } else { 1 };
-    let most_pct = (CLOSER * found.error_pct()).min(FOLLOWS_PCT);
+    // What only its noise excuses yields to whatever simulates better.
+    let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
+    let most_pct = (CLOSER * found.error_pct()).min(follows_pct);
     match by_prediction_error() {
         Ok(other) if other.physics.len() >= least && other.error_pct() < most_pct => Ok(other),
         _ => Ok(found),

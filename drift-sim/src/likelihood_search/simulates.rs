@@ -73,12 +73,8 @@ impl Trial<'_> {
             || self.is_as_noise_has_it()
     }
 
-    /// Whether recordings that are drawn from the fit, its noise among it, are simulated no better. A plant that only this recording tells may be none, and its
-    /// noise what is missing: that is no excuse.
+    /// Whether recordings that are drawn from the fit, its noise among it, are simulated no better.
     fn is_as_noise_has_it(&self) -> bool {
-        if self.is_guessed && !self.has_healthy {
-            return false;
-        }
         let model = &self.found.improved;
         let missed_of_drawn = |seed| missed(model, &self.drawn(model, seed)?);
         let drawn: Option<Vec<f64>> = (0..DRAWN).map(missed_of_drawn).collect();

@@ -62,9 +62,8 @@ impl Trial<'_> {
                 && self.found.physics.iter().all(|named| is_noise(named) && is_strong(named)))
             || after.y_pct > LEAST_SIMULATED_PCT
             || (after.y_pct > 0.0
-                && error(after) < CLOSER * error(before)
-                && self.found.physics.iter().any(is_strong))
-            || (self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it())
+                && ((error(after) < CLOSER * error(before) && self.found.physics.iter().any(is_strong))
+                    || (self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it())))
     }
 
     fn is_no_worse(&self, before: FitPct, after: FitPct) -> bool {

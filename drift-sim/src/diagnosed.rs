@@ -1,4 +1,4 @@
-//! A diagnosis from recordings as they were read to what is written of it, the same behind every door: the command and the page in a browser.
+//! A diagnosis from recordings as they were read to what is written of it, the same behind every door: the command, the page in a browser, Python.
 
 use std::path::{Path, PathBuf};
 

@@ -218,17 +218,21 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// The fits that count: on the hold-out, or, where nothing was held out, on what all was fitted to.
+    pub(crate) fn unseen_fits(&self) -> Fits {
+        if self.holdout.after.is_some() { self.holdout } else { self.train }
+    }
+
     /// Whether the simulation with what was named is no better than without.
     fn is_worse(&self) -> bool {
-        let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
+        let fits = self.unseen_fits();
         let u = |fit: Option<prove::FitPct>| fit.and_then(|fit| fit.u_pct);
         u(fits.before).zip(u(fits.after)).is_some_and(|(before, after)| after <= before)
     }
 
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.
     fn error_pct(&self) -> f64 {
-        let fits = if self.holdout.after.is_some() { self.holdout } else { self.train };
-        fits.after.and_then(|fit| fit.u_pct).map_or(f64::INFINITY, |u| 100.0 - u)
+        self.unseen_fits().after.and_then(|fit| fit.u_pct).map_or(f64::INFINITY, |u| 100.0 - u)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The decision: which kinds explain the recordings, and whether one of them, or one family, is left alone.
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Target, is_noise};
+use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
 use crate::physics::{Kind, Starts};
 
@@ -110,9 +110,4 @@ pub fn independent_share(fit: &Fit) -> f64 {
     let correlation = |lag: usize| -> f64 { dot(z, z.get(lag..).unwrap_or(&[])) / squares.max(1e-300) };
     let sum: f64 = (1..=LAGS).map(correlation).filter(|r| r.abs() > chance).map(f64::abs).sum();
     1.0 / (1.0 + 2.0 * sum)
-}
-
-/// Whether a number is the physics' own, for reports.
-pub fn is_physical(target: Target) -> bool {
-    !is_noise(target) && target != Target::Late
 }

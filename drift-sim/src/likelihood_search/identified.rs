@@ -2,19 +2,21 @@
 
 use crate::control_loop::Loop;
 use crate::diagnose::Refitted;
+use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
+use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
 use crate::plant::Role;
 
 use super::interval;
 use super::options::Options;
-use super::plants::{self, Identified};
+use super::plants;
 
 /// A plant that was identified.
 pub struct IdentifiedPlant {
     /// The loop with it; a load that stays is its offset, or a load from the start.
     pub model: Loop,
-    /// Its numbers with the half widths of their 95 % intervals; `nominal` is the value as well.
+    /// Its numbers with the half widths of their 95 % intervals; `nominal` is where the last fit began.
     pub numbers: Vec<Refitted>,
     /// Log-likelihood by which it is behind the likeliest, after the cost of its numbers; 0 for that one.
     pub likelihood_lost: f64,
@@ -30,28 +32,28 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
             let realised = plant.nominal.hypothesis.realise(&plant.nominal.point)?;
             Some(IdentifiedPlant {
                 model: super::as_file(&realised.model, realised.constant_load),
-                numbers: numbers(plant),
+                numbers: numbers(&plant.nominal, &plant.data),
                 likelihood_lost: 0.5 * (plant.nominal.objective() + plant.cost() - least),
             })
         })
         .collect()
 }
 
-/// The plant's numbers and the load that stays.
-fn numbers(plant: &Identified) -> Vec<Refitted> {
-    let fit = &plant.nominal;
-    let widths = interval::half_widths(fit, &plant.data);
+/// The plant's numbers of a fit and the load that stays, which an offset takes in where the plant has one; with where they came from.
+pub(super) fn numbers(fit: &Fit, data: &Data) -> Vec<Refitted> {
+    let widths = interval::half_widths(fit, data);
     let offset = fit.hypothesis.numbers.iter().find(|number| number.role == Role::Offset);
     let rows = fit.hypothesis.free.iter().zip(&fit.point.x).zip(widths);
     rows.filter_map(|((free, x), half_width)| {
         let value = free.value(*x);
-        let (name, value) = match (free.target, offset) {
-            (Target::Plant(_), _) => (free.name.clone(), value),
-            (Target::ConstantLoad, Some(offset)) => (format!("plant.{}", offset.name), offset.value - value),
-            (Target::ConstantLoad, None) => (free.name.clone(), value),
+        let (name, nominal, value) = match (free.target, offset) {
+            (Target::ConstantLoad, Some(offset)) => {
+                (format!("plant.{}", offset.name), offset.value, offset.value - value)
+            }
+            (Target::Plant(_) | Target::ConstantLoad, _) => (free.name.clone(), free.from, value),
             _ => return None,
         };
-        Some(Refitted { name, nominal: value, value, half_width })
+        Some(Refitted { name, nominal, value, half_width })
     })
     .collect()
 }

@@ -43,7 +43,6 @@ use crate::plant::Role;
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
-use decide::is_physical;
 use excitation::Shows;
 use law::Law;
 use options::Options;
@@ -415,22 +414,7 @@ impl Conclusion<'_> {
 
     /// The plant's numbers and the load that stays, before and after; then those of the law.
     fn parameters(&self, best: &Fit) -> Vec<Refitted> {
-        let widths = interval::half_widths(best, self.data);
-        let mut rows: Vec<Refitted> = Vec::new();
-        for ((free, x), width) in best.hypothesis.free.iter().zip(&best.point.x).zip(&widths) {
-            if !is_physical(free.target) || !matches!(free.target, Target::Plant(_) | Target::ConstantLoad) {
-                continue;
-            }
-            let value = free.value(*x);
-            let offset = best.hypothesis.numbers.iter().find(|n| n.role == Role::Offset);
-            let (name, nominal, value) = match (free.target, offset) {
-                (Target::ConstantLoad, Some(offset)) => {
-                    (format!("plant.{}", offset.name), offset.value, offset.value - value)
-                }
-                _ => (free.name.clone(), free.from, value),
-            };
-            rows.push(Refitted { name, nominal, value, half_width: *width });
-        }
+        let mut rows = identified::numbers(best, self.data);
         rows.extend(self.law.numbers.iter().map(|(name, nominal, value)| Refitted {
             name: name.clone(),
             nominal: *nominal,

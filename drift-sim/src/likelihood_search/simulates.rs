@@ -47,7 +47,7 @@ pub struct Trial<'a> {
 impl Trial<'_> {
     /// Whether the named terms don't make the simulation worse, and whether a guessed plant simulates at all.
     pub fn passes(&self) -> bool {
-        let fits = if self.found.holdout.after.is_some() { self.found.holdout } else { self.found.train };
+        let fits = self.found.unseen_fits();
         let (Some(before), Some(after)) = (fits.before, fits.after) else { return !self.is_guessed };
         self.follows(before, after) && self.is_no_worse(before, after)
     }

@@ -1,6 +1,6 @@
 //! Starts on a grid, and of what acts in proportion to its parameter.
 
-use crate::estimate::hypothesis::{Hypothesis, Point, Target};
+use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::physics::{Kind, Start};
 
 use super::super::climb::climb;
@@ -47,19 +47,8 @@ pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<V
 /// The best point of a climb from one of the grid.
 fn climbed(base: &Base<'_>, kind: &Kind, begin: &mut Begin, seed: u64) {
     let hypothesis = &begin.hypothesis;
-    let last = hypothesis.model.physics.len() - 1;
-    let at = |parameters: &[f64]| -> Point {
-        let mut point = begin.point.clone();
-        for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
-            if let Target::Term { term, parameter } = free.target
-                && term == last
-                && let Some(value) = parameters.get(parameter)
-            {
-                *x = free.x_of(*value);
-            }
-        }
-        point
-    };
+    let at =
+        |parameters: &[f64]| hypothesis.started(&begin.point, &Start::of(parameters.to_vec()), begin.onset_s);
     let Some(realised) = hypothesis.realise(&begin.point) else { return };
     let Some(term) = realised.model.physics.last() else { return };
     let from = (term.parameters.clone(), begin.score);

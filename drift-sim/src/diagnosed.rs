@@ -1,17 +1,20 @@
 //! A diagnosis from recordings as they were read to what is written of it, the same behind every door: the command, the page in a browser, Python.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::Value;
 
 use crate::control_loop::Loop;
-use crate::diagnose::healthy::Healthy;
+use crate::diagnose::page::{self, Case};
+use crate::diagnose::shown::Shown;
 use crate::diagnose::signals::Signals;
-use crate::diagnose::{Diagnosis, diagnose, page, report};
+use crate::diagnose::{Diagnosis, diagnose_since, report};
+use crate::likelihood_search::options::Options;
+use crate::plant::Plant;
 use crate::recording::{ColumnMap, Recording};
 use crate::report::Page;
 use crate::sentences::Clock;
-use crate::{Result, init};
+use crate::{Error, Result, init};
 
 /// A recording and the file that it was read from, as the user wrote it.
 #[derive(Debug, Clone)]
@@ -25,15 +28,17 @@ pub struct Read {
 /// What is asked.
 #[derive(Debug, Clone)]
 pub struct Question {
-    /// What physics is missing in this one?
-    pub recording: Read,
-    /// A second recording, for the proof; without it the last 30 % of the first are held out.
+    /// What physics is missing in these? They share what is wrong, and are pooled; the first is shown.
+    pub recordings: Vec<Read>,
+    /// Another recording, for the proof; without it the last 30 % of each are held out.
     pub holdout: Option<Read>,
-    /// Recordings of the same loop without a fault.
-    pub healthy: Vec<Recording>,
+    /// Recordings of the same loop without a fault; the first is shown.
+    pub healthy: Vec<Read>,
     /// What is known of the loop, and its file; without it the law is looked for in the first healthy recording, or in the one that is
     /// diagnosed, and the plant is identified.
     pub stated: Option<(PathBuf, Loop)>,
+    /// The probability with which the true cause may be lost, where a guarantee is asked for.
+    pub guarantee: Option<f64>,
 }
 
 /// The answer, and what its page and its JSON need besides.
@@ -41,77 +46,94 @@ pub struct Question {
 pub struct Diagnosed {
     /// What was found.
     pub found: Diagnosis,
-    train: Signals,
-    holdout: Option<(PathBuf, Signals, Clock)>,
-    recording_file: PathBuf,
+    first: Shown,
+    further: Vec<Shown>,
+    holdout: Option<Shown>,
+    healthy: Vec<Shown>,
     loop_file: Option<PathBuf>,
     columns: ColumnMap,
-    clock: Clock,
+    /// Whether the plant was identified: none of its numbers was given.
+    pub is_identified: bool,
 }
 
 impl Question {
     /// Diagnoses.
     ///
     /// # Errors
-    /// A recording lacks a column that the loop asks for, is too short, or never moves; the loop can't be simulated.
+    /// There is no recording, or one lacks a column that the loop asks for, is too short, or never moves; the loop can't be simulated.
     pub fn diagnose(self) -> Result<Diagnosed> {
-        let Self { recording: Read { file: recording_file, recording }, holdout, healthy, stated } = self;
+        let Self { recordings, holdout, healthy, stated, guarantee } = self;
+        if let Some(alpha) = guarantee.filter(|alpha| !(*alpha > 0.0 && *alpha < 1.0)) {
+            return Err(Error::new(format!(
+                "a guarantee of {alpha}: it is a probability between 0 and 1, such as 0.05"
+            )));
+        }
+        let none = || Error::new("there is no recording to diagnose");
+        let first = recordings.first().ok_or_else(none)?;
+        let columns = first.recording.columns.clone();
         let (loop_file, model) = match stated {
             Some((file, model)) => (Some(file), model),
-            None => (None, init::with_law_alone(healthy.first().unwrap_or(&recording))?),
+            None => (None, init::with_law_alone(&healthy.first().unwrap_or(first).recording)?),
         };
-        let train = Signals::new(&recording, &model)?;
-        let with_clock = |Read { file, recording }| -> Result<_> {
-            Ok((file, Signals::new(&recording, &model)?, recording.clock()))
-        };
-        let holdout = holdout.map(with_clock).transpose()?;
-        let healthy =
-            healthy.iter().map(|healthy| Signals::new(healthy, &model)).collect::<Result<Vec<_>>>()?;
-        let unseen = holdout.as_ref().map(|(_, signals, _)| signals);
-        let found = if healthy.is_empty() {
-            diagnose(&train, unseen, &model)?
-        } else {
-            Healthy::of(&model, &healthy).diagnose(&train, unseen)?
-        };
-        let clock = recording.clock();
-        Ok(Diagnosed { found, train, holdout, recording_file, loop_file, columns: recording.columns, clock })
+        let shown = |read: &Read| Shown::of(read, &model);
+        let shown_all = |all: &[Read]| all.iter().map(shown).collect::<Result<Vec<Shown>>>();
+        let (mut recordings, healthy) = (shown_all(&recordings)?, shown_all(&healthy)?);
+        let holdout = holdout.as_ref().map(shown).transpose()?;
+        let signals = |all: &[Shown]| all.iter().map(|of| of.signals.clone()).collect::<Vec<_>>();
+        let unseen = holdout.as_ref().map(|of| &of.signals);
+        let options = Options { guarantee, ..Options::default() };
+        let found = diagnose_since(&signals(&healthy), &signals(&recordings), unseen, &model, &options)?;
+        let further = recordings.split_off(1);
+        let first = recordings.pop().ok_or_else(none)?;
+        Ok(Diagnosed {
+            found,
+            first,
+            further,
+            holdout,
+            healthy,
+            loop_file,
+            columns,
+            is_identified: model.plant == Plant::Identify,
+        })
     }
 }
 
 impl Diagnosed {
+    /// The case as its page shows it.
+    fn case(&self) -> Case<'_> {
+        Case {
+            first: &self.first,
+            further: &self.further,
+            holdout: self.holdout.as_ref(),
+            healthy: &self.healthy,
+            loop_file: self.loop_file.as_deref(),
+            columns: &self.columns,
+            is_identified: self.is_identified,
+        }
+    }
+
     /// How the recording tells the time.
     pub fn clock(&self) -> &Clock {
-        &self.clock
+        &self.first.clock
     }
 
     /// Time of the first sample, s; onsets count from it.
     pub fn start_s(&self) -> f64 {
-        self.train.start_s - self.train.origin_s
+        self.case().start_s()
     }
 
-    /// The recording on which the answer is shown: the second one, where there is one.
+    /// The recording on which the answer is shown: the one that proves, where there is one.
     pub fn shown(&self) -> &Signals {
-        self.holdout.as_ref().map_or(&self.train, |(_, signals, _)| signals)
+        &self.holdout.as_ref().unwrap_or(&self.first).signals
     }
 
     /// The page for people; `command` is the command line that makes it.
     pub fn page(&self, command: String) -> Page {
-        let holdout = self.holdout.as_ref();
-        let case = page::Case {
-            train: &self.train,
-            holdout: holdout.map(|(_, signals, _)| signals),
-            recording: &self.recording_file,
-            loop_file: self.loop_file.as_deref(),
-            holdout_file: holdout.map(|(file, _, _)| Path::new(file)),
-            columns: &self.columns,
-            clock: self.clock,
-            holdout_clock: holdout.map_or(self.clock, |(_, _, clock)| *clock),
-        };
-        page::page(&self.found, &case, command)
+        page::page(&self.found, &self.case(), command)
     }
 
     /// The document for programs; `model` is where the improved loop was written.
     pub fn json(&self, model: Option<&str>) -> Value {
-        report::json(&self.found, model, &self.clock, self.start_s())
+        report::json(&self.found, model, self.clock(), self.start_s())
     }
 }

@@ -57,7 +57,7 @@ fn stated(text: &str) -> Loop {
 fn found(text: &str, left_out: &[Term]) -> Diagnosis {
     let truth = Loop::parse(text, "loop.toml").unwrap();
     let (train, holdout) = (recorded(&truth, left_out, 1), recorded(&truth, left_out, 2));
-    diagnose(&train, Some(&holdout), &stated(text)).unwrap()
+    diagnose(&[train], Some(&holdout), &stated(text)).unwrap()
 }
 
 /// The first named kind is the one that was left out, its numbers within 5 %, and u fits unseen data as well as noise lets it.
@@ -152,7 +152,7 @@ fn positioned(left_out: &[Term], seed: u64) -> Option<Diagnosis> {
     let state = vec![RowState::Valid; r.len()];
     let recording =
         Recording { sample_time_s: 0.1, r, y: trace.y, u: trace.u, state, ..Recording::default() };
-    diagnose(&Signals::new(&recording, &stated).unwrap(), None, &stated).ok()
+    diagnose(&[Signals::new(&recording, &stated).unwrap()], None, &stated).ok()
 }
 
 /// A named kind, its first number less the true one, and the half width of its interval.
@@ -237,7 +237,7 @@ fn recordings_that_do_not_fit_are_refused_or_not_called_anything() {
             ..Recording::default()
         };
         change(&mut recording);
-        Signals::new(&recording, &model).and_then(|signals| diagnose(&signals, None, &model))
+        Signals::new(&recording, &model).and_then(|signals| diagnose(&[signals], None, &model))
     };
     let message = |change: &dyn Fn(&mut Recording)| refused(change).unwrap_err().to_string();
     assert!(message(&|r| r.sample_time_s = 0.01).contains("sample_time_s"));

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use drift_sim::calibrate::{self, Calibration, Options, calibrate};
 use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::shown::Shown;
 use drift_sim::diagnose::{self, diagnose, page};
 use drift_sim::monitor::{self, Chart, Outputs, watch};
 use drift_sim::physics::Term;
@@ -99,20 +100,20 @@ fn diagnosis_page(samples: usize, drawn: usize) -> Page {
         u,
         inputs: Vec::new(),
     };
-    let mut found = diagnose(&whole.part(0, samples), None, &model).unwrap();
+    let mut found = diagnose(&[whole.part(0, samples)], None, &model).unwrap();
     let train = whole.part(0, drawn);
     for drive in [&mut found.missing_drive, &mut found.drive_left].into_iter().flatten() {
         drive.value = drive.value.iter().copied().cycle().take(drawn).collect();
     }
+    let clock = Clock::new(None, train.duration_s());
     let case = page::Case {
-        train: &train,
+        first: &Shown { file: NAME.into(), signals: train, clock },
+        further: &[],
         holdout: None,
-        recording: Path::new(NAME),
+        healthy: &[],
         loop_file: Some(Path::new(NAME)),
-        holdout_file: None,
         columns: &columns(),
-        clock: Clock::new(None, train.duration_s()),
-        holdout_clock: Clock::default(),
+        is_identified: false,
     };
     page::page(&found, &case, command())
 }

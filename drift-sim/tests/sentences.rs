@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 use drift_core::{Baseline, Channel, ChannelKind, Config, Cusum, Detectors, Index, Memory, Shewhart};
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::prove::FitPct;
+use drift_sim::diagnose::shown::Shown;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Fits, Named, Refitted, Verdict, diagnose, page, report};
 use drift_sim::monitor::{Chart, Outputs, Summary, screen, watch};
@@ -159,7 +160,7 @@ fn healthy(text: &str, sample_time_s: f64, reference: &Reference, start: &Start)
         u: trace.u,
         inputs: Vec::new(),
     };
-    let diagnosis = diagnose(&signals, None, &model).unwrap();
+    let diagnosis = diagnose(std::slice::from_ref(&signals), None, &model).unwrap();
     Found { signals, diagnosis }
 }
 
@@ -256,15 +257,15 @@ fn pages_of_a_diagnosis_say_nothing_that_is_nothing() {
         let found = &founds()[found];
         for part in [0.02, 2.0] {
             let of = with_term(found, kind, size, part, 0.0).unwrap();
+            let (signals, clock) = (found.signals.clone(), Clock::new(None, found.signals.duration_s()));
             let case = page::Case {
-                train: &found.signals,
+                first: &Shown { file: "run.csv".into(), signals, clock },
+                further: &[],
                 holdout: None,
-                recording: Path::new("run.csv"),
+                healthy: &[],
                 loop_file: Some(Path::new("loop.toml")),
-                holdout_file: None,
                 columns: &ColumnMap::default(),
-                clock: Clock::new(None, found.signals.duration_s()),
-                holdout_clock: Clock::default(),
+                is_identified: false,
             };
             check(kind, texts(&page::page(&of, &case, String::new())));
         }

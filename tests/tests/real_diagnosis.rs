@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use drift_sim::control_loop::Loop;
-use drift_sim::diagnose::healthy::Healthy;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, prove, valve};
+use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, diagnose_since, prove, valve};
+use drift_sim::likelihood_search::options::Options;
 use drift_sim::physics::Term;
 use drift_sim::recording::{ReadOptions, Recording};
 
@@ -40,7 +40,7 @@ fn row(name: &str, recording: &Path, holdout: Option<&Path>, model: &Loop) -> Op
 }
 
 fn judged(name: &str, train: &Signals, holdout: Option<&Signals>, model: &Loop) -> Option<Diagnosis> {
-    printed(name, || diagnose(train, holdout, model))
+    printed(name, || diagnose(std::slice::from_ref(train), holdout, model))
 }
 
 fn printed(name: &str, diagnose: impl FnOnce() -> drift_sim::Result<Diagnosis>) -> Option<Diagnosis> {
@@ -211,6 +211,11 @@ fn hysteresis_of_a_servo_trainer() {
     }
 }
 
+/// What has changed since the loop was healthy.
+fn since(healthy: &[Signals], now: Signals, model: &Loop) -> drift_sim::Result<Diagnosis> {
+    diagnose_since(healthy, &[now], None, model, &Options::default())
+}
+
 /// A clutch closed on the trainer's speed loop adds about 0.45 V to u at every set-point, and the speed falls by a tenth beside: against
 /// the loop without it that is dry friction. Motion goes one way, so that a constant load is the same.
 #[test]
@@ -222,12 +227,12 @@ fn clutch_of_a_servo_trainer() {
     let model = export(&temporary, 0.066_666_7, ["V", "V"]);
     let free = signals(&folder.join("vel_3_noclutch_close_p.csv"), &model);
     let closed = signals(&folder.join("vel_3_clutch_close_p.csv"), &model);
-    let known = Healthy::of(&model, std::slice::from_ref(&free));
-    let found = printed("ce110 vel_3_clutch", || known.diagnose(&closed, None)).unwrap();
+    let healthy = [free.clone()];
+    let found = printed("ce110 vel_3_clutch", || since(&healthy, closed, &model)).unwrap();
     let load = found.physics.first().unwrap();
     assert!(["coulomb_friction", "load_step"].contains(&load.term.kind.name), "{load:?}");
     assert!((0.4..0.65).contains(&load.term.value("level").unwrap()));
-    assert!(printed("ce110 vel_3_noclutch", || known.diagnose(&free, None)).unwrap().physics.is_empty());
+    assert!(printed("ce110 vel_3_noclutch", || since(&healthy, free, &model)).unwrap().physics.is_empty());
 }
 
 /// A small servo that swings a pendulum of 0.49 kg at 0.1 m; gear friction grows with the load. Nothing of either is stated.
@@ -368,12 +373,11 @@ fn loads_and_biases_of_a_temperature_lab() {
     let runs = ["augmented_arx", "constrained_ml_1", "reg_cons_ml"];
     let healthy: Vec<Signals> =
         runs.iter().map(|run| signals(&folder.join(format!("sp_{run}.csv")), &model)).collect();
-    let known = Healthy::of(&model, &healthy);
     let (mut hit, mut all, mut wrong) = (0, 0, 0);
     for run in runs {
         let path = folder.join(format!("dist_{run}.csv"));
         let signals = signals(&path, &model);
-        let found = printed(&format!("tclab dist_{run}"), || known.diagnose(&signals, None)).unwrap();
+        let found = printed(&format!("tclab dist_{run}"), || since(&healthy, signals, &model)).unwrap();
         for (column, kind, size) in [("din1", "injected_signal", 6.0), ("dout1", "sensor_bias", 0.5)] {
             let truth = injected(&path, column);
             let ours: Vec<(f64, f64, f64)> = (found.physics.iter())
@@ -391,7 +395,7 @@ fn loads_and_biases_of_a_temperature_lab() {
     println!("spans of the right kind within 30 s and 30 % (bias: 10 %): {hit} of {all}, others {wrong}");
     assert!(hit >= 15 && wrong <= 3, "{hit} {wrong}");
     for (run, signals) in runs.iter().zip(&healthy) {
-        let found = known.diagnose(signals, None).unwrap();
+        let found = since(&healthy, signals.clone(), &model).unwrap();
         let named: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
         println!("| tclab sp_{run} (healthy) | {} {named:?} |", found.verdict.name());
     }

@@ -61,25 +61,27 @@ impl Diagnosis {
     }
 }
 
-/// Diagnoses a recording against a loop, or, without one, against the law alone that a recording shows.
+/// Diagnoses recordings against a loop, or, without one, against the law alone that a recording shows.
 #[pyfunction]
-#[pyo3(signature = (recording, model, *, holdout, healthy))]
+#[pyo3(signature = (recordings, model, *, holdout, healthy, guarantee))]
 pub fn diagnose(
     py: Python<'_>,
-    recording: &Recording,
+    recordings: Vec<PyRef<'_, Recording>>,
     model: Option<(PathBuf, PyRef<'_, Loop>)>,
     holdout: Option<&Recording>,
     healthy: Vec<PyRef<'_, Recording>>,
+    guarantee: Option<f64>,
 ) -> PyResult<Diagnosis> {
     let read = |recording: &Recording| Read {
         file: Path::new(&recording.0.name).to_owned(),
         recording: recording::Recording::clone(&recording.0),
     };
     let question = Question {
-        recording: read(recording),
+        recordings: recordings.iter().map(|recording| read(recording)).collect(),
         holdout: holdout.map(read),
-        healthy: healthy.iter().map(|healthy| recording::Recording::clone(&healthy.0)).collect(),
+        healthy: healthy.iter().map(|healthy| read(healthy)).collect(),
         stated: model.map(|(name, model)| (name, model.0.clone())),
+        guarantee,
     };
     let found = interrupt::run(py, move || question.diagnose())?;
     Ok(Diagnosis { found: Arc::new(found), shown: OnceLock::new() })

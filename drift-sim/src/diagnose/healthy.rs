@@ -10,35 +10,10 @@ use super::fit::{Effort, Fit};
 use super::model::{self, Model};
 use super::signals::Signals;
 use super::whiten::Whitener;
-use super::{Diagnosis, diagnose_beside, diagnose_with, identify, spans};
-
-/// A loop with healthy recordings of it.
-#[derive(Debug, Clone)]
-pub struct Healthy {
-    stated: Loop,
-    recordings: Vec<Signals>,
-}
-
-impl Healthy {
-    /// The loop as stated, or with its plant left open, and recordings of it without a fault.
-    pub fn of(stated: &Loop, healthy: &[Signals]) -> Self {
-        Self { stated: stated.clone(), recordings: healthy.to_vec() }
-    }
-
-    /// As [`diagnose`](super::diagnose), of another recording of the loop; what is looked for is not in the healthy ones.
-    ///
-    /// # Errors
-    /// As [`diagnose`](super::diagnose).
-    pub fn diagnose(&self, recording: &Signals, holdout: Option<&Signals>) -> Result<Diagnosis> {
-        diagnose_with(recording, holdout, &self.stated, &self.recordings, || {
-            let model = fitted(&self.stated, &self.recordings)?;
-            diagnose_beside(recording, holdout, &model, event_gain(&model, &self.recordings))
-        })
-    }
-}
+use super::{identify, spans};
 
 /// The largest gain in log-likelihood of an event in healthy recordings; infinite where events follow each other without end.
-fn event_gain(model: &Loop, healthy: &[Signals]) -> f64 {
+pub(super) fn event_gain(model: &Loop, healthy: &[Signals]) -> f64 {
     let gain = |signals: &Signals| {
         let steps = spans::steps(model, signals)?;
         Some(spans::terms(&steps, signals).iter().map(|acting| acting.gain).fold(0.0, f64::max))
@@ -48,7 +23,7 @@ fn event_gain(model: &Loop, healthy: &[Signals]) -> f64 {
 }
 
 /// The loop with its numbers from healthy recordings: each is fitted by itself, the median of every number is taken.
-fn fitted(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
+pub(super) fn fitted(model: &Loop, healthy: &[Signals]) -> Result<Loop> {
     let Some(longest) = healthy.iter().max_by_key(|signals| signals.len()) else { return Ok(model.clone()) };
     // One structure for all: that of the longest recording.
     let identified = identify::plant(model, longest)?.map(|found| found.nominal);

@@ -7,6 +7,7 @@
 //! `conclude`: [`interval`]s, the verdict, [`prove`] (closed loop on unseen samples), [`locate`] (when, and on what it depends) and
 //! [`excitation`] (what would not have shown). [`report`] turns it into JSON, [`page`] into a page.
 
+mod before_and_after;
 pub mod by_direction;
 pub mod candidates;
 mod closed_loop;
@@ -19,7 +20,7 @@ mod drive_charts;
 pub mod excitation;
 pub mod features;
 pub mod fit;
-pub mod healthy;
+mod healthy;
 pub mod holdout;
 pub mod identify;
 pub mod injected;
@@ -42,6 +43,7 @@ pub mod screen;
 mod search;
 pub mod select;
 pub mod sensor_effects;
+pub mod shown;
 pub mod signals;
 pub mod spans;
 pub mod spectrum;
@@ -49,13 +51,13 @@ pub mod sticking_valve;
 pub mod valve;
 pub mod whiten;
 
-use crate::Result;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::likelihood_search::{self, Judged, options::Options};
 use crate::physics::{Place, Term};
 use crate::plant::Plant;
 use crate::stage;
+use crate::{Error, Result};
 use controller_replay::ControllerReplay;
 use locate::{Dependence, MismatchSpan};
 use missing_drive::MissingDrive;
@@ -142,6 +144,13 @@ pub struct Refitted {
     pub value: f64,
     /// Half width of its 95 % interval.
     pub half_width: f64,
+}
+
+impl Refitted {
+    /// Whether it is the plant's, and not the law's.
+    pub fn is_plants(&self) -> bool {
+        !self.name.starts_with("controller.")
+    }
 }
 
 /// A candidate that lost, or could not be tried.
@@ -236,35 +245,60 @@ impl Diagnosis {
     }
 }
 
-/// Diagnoses a recording against a loop; without a hold-out the last 30 % are held out. Of each recording the first 150 000 samples are
-/// used: thousands of simulations run over them.
+/// Diagnoses recordings of one loop, which share what is wrong with it: they are pooled in one likelihood, and the first is the one that is
+/// shown. Without a hold-out the last 30 % of each are held out. Of all recordings together the first 150 000 samples are used: thousands
+/// of simulations run over them.
 ///
 /// # Errors
-/// The plant is still to be identified, the recording is too short, or the nominal model can't be simulated.
-pub fn diagnose(recording: &Signals, holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
-    diagnose_with(recording, holdout, nominal, &[], || diagnose_beside(recording, holdout, nominal, 0.0))
+/// There is no recording, the first is too short, or the nominal model can't be simulated.
+pub fn diagnose(recordings: &[Signals], holdout: Option<&Signals>, nominal: &Loop) -> Result<Diagnosis> {
+    diagnose_since(&[], recordings, holdout, nominal, &Options::default())
+}
+
+/// The same where there are healthy recordings: what is looked for is not in those. With the numbers that decide.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_since(
+    healthy: &[Signals],
+    recordings: &[Signals],
+    holdout: Option<&Signals>,
+    nominal: &Loop,
+    options: &Options,
+) -> Result<Diagnosis> {
+    diagnose_with(recordings, holdout, nominal, (healthy, options), |first| {
+        if healthy.is_empty() {
+            return diagnose_beside(first, holdout, nominal, 0.0);
+        }
+        let model = healthy::fitted(nominal, healthy)?;
+        diagnose_beside(first, holdout, &model, healthy::event_gain(&model, healthy))
+    })
 }
 
 /// By likelihood; `by_prediction_error` judges where that can't, or where, on a guessed plant, its simulation of what neither has seen is far closer.
 fn diagnose_with(
-    recording: &Signals,
+    recordings: &[Signals],
     holdout: Option<&Signals>,
     nominal: &Loop,
-    healthy: &[Signals],
-    by_prediction_error: impl FnOnce() -> Result<Diagnosis>,
+    (healthy, options): (&[Signals], &Options),
+    by_prediction_error: impl FnOnce(&Signals) -> Result<Diagnosis>,
 ) -> Result<Diagnosis> {
-    let found = match likelihood_search::diagnose(recording, holdout, nominal, healthy, &Options::default()) {
+    let first = recordings.first().ok_or_else(|| Error::new("there is no recording to diagnose"))?;
+    let found = match likelihood_search::diagnose(recordings, holdout, nominal, healthy, options) {
         Judged::Stands(found) => *found,
+        // The older search guarantees nothing.
+        Judged::Doubted(undecided) if options.guarantee.is_some() => return Ok(*undecided),
         // No recording that can be read ends in an error, and none that is doubted is healthy.
         Judged::Doubted(undecided) => {
-            let other = by_prediction_error().ok();
+            let other = by_prediction_error(first).ok();
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
             return Ok(other.unwrap_or(*undecided));
         }
-        Judged::Nothing => return by_prediction_error(),
+        Judged::Nothing => return by_prediction_error(first),
     };
     // Under an unknown law no loop is closed, and there is nothing to compare.
-    if nominal.plant != Plant::Identify || nominal.controller == Controller::Recorded {
+    let is_closed = nominal.controller != Controller::Recorded;
+    if nominal.plant != Plant::Identify || !is_closed || options.guarantee.is_some() {
         return Ok(found);
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
@@ -272,7 +306,7 @@ fn diagnose_with(
     // What only its noise excuses yields to whatever simulates better.
     let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
     let most_pct = (CLOSER * found.error_pct()).min(follows_pct);
-    match by_prediction_error() {
+    match by_prediction_error(first) {
         Ok(other) if other.physics.len() >= least && other.error_pct() < most_pct => Ok(other),
         _ => Ok(found),
     }

@@ -7,12 +7,12 @@ use crate::physics::{self, UnitNames};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
 use crate::report::{Block, Chart, Page, Proof, Section};
-use crate::sentences::{self, Clock, ends, fit, number_name, percent, plain, with_unit};
+use crate::sentences::{self, ends, fit, number_name, percent, plain, with_unit};
 use crate::simulate::Trace;
 
 use super::drive_charts::{Cloud, estimate, usual, within};
-use super::signals::Signals;
-use super::{Diagnosis, Fits, HELD_OUT, MOST_SAMPLES, Named, Rejected, features, prove};
+use super::shown::Shown;
+use super::{Diagnosis, Fits, HELD_OUT, MOST_SAMPLES, Named, Rejected, before_and_after, features, prove};
 
 /// The axis that charts over the shown recording share.
 const TIME: &str = "time";
@@ -22,47 +22,52 @@ const LEAST_POINTS: f64 = 0.01;
 /// What was diagnosed, and what the page calls it.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
-    /// The recording that the numbers come from.
-    pub train: &'a Signals,
-    /// The second recording, where there is one.
-    pub holdout: Option<&'a Signals>,
-    /// The recording's file.
-    pub recording: &'a Path,
+    /// The recording that is shown.
+    pub first: &'a Shown,
+    /// Others with the same fault, pooled with it.
+    pub further: &'a [Shown],
+    /// The recording that proves, where there is one.
+    pub holdout: Option<&'a Shown>,
+    /// Recordings without the fault.
+    pub healthy: &'a [Shown],
     /// The loop's file; none where nothing was stated.
     pub loop_file: Option<&'a Path>,
-    /// The second recording's file.
-    pub holdout_file: Option<&'a Path>,
     /// What the recordings call their signals.
     pub columns: &'a ColumnMap,
-    /// How the first recording tells the time.
-    pub clock: Clock,
-    /// How the second one does.
-    pub holdout_clock: Clock,
+    /// Whether the plant was identified: none of its numbers was given.
+    pub is_identified: bool,
 }
 
 impl Case<'_> {
     /// The time that onsets count from.
-    fn start_s(&self) -> f64 {
-        self.train.start_s - self.train.origin_s
+    pub fn start_s(&self) -> f64 {
+        self.first.signals.start_s - self.first.signals.origin_s
     }
 
-    /// The recording that is drawn, and its clock.
-    fn drawn(&self) -> (&Signals, &Clock) {
-        self.holdout.map_or((self.train, &self.clock), |holdout| (holdout, &self.holdout_clock))
+    /// Whether a number came with the loop file.
+    fn is_given(&self, number: &super::Refitted) -> bool {
+        !(self.is_identified && number.is_plants())
+    }
+
+    /// The recording that is drawn.
+    pub fn drawn(&self) -> &Shown {
+        self.holdout.unwrap_or(self.first)
     }
 }
 
 /// The whole page; `command` is the command line.
 pub fn page(found: &Diagnosis, case: &Case<'_>, command: String) -> Page {
     let writing = Writing { found, case, units: found.nominal.unit_names(), runs: Runs::of(found, case) };
-    let name = case.recording.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let mut sections = vec![writing.physics(), writing.fits(), writing.runs()];
+    let name = case.first.name();
+    let mut sections = vec![writing.physics()];
+    sections.extend(before_and_after::section(found, case));
+    sections.extend([writing.fits(), writing.runs()]);
     sections.extend(writing.drive());
     sections.extend([writing.parameters(), writing.rivals(), writing.untold()]);
     Page {
         title: format!("Diagnosis of {name}"),
         about: writing.about(&name),
-        answer: sentences::diagnosis(found, &case.clock, case.start_s()),
+        answer: sentences::diagnosis(found, &case.first.clock, case.start_s()),
         proof: writing.proof(),
         command,
         facts: writing.facts(),
@@ -78,7 +83,7 @@ struct Runs {
 
 impl Runs {
     fn of(found: &Diagnosis, case: &Case<'_>) -> Self {
-        let run = |model| prove::run(model, case.drawn().0, 0);
+        let run = |model| prove::run(model, &case.drawn().signals, 0);
         Self { before: run(&found.refitted), after: run(&found.improved) }
     }
 }
@@ -99,9 +104,9 @@ const SIMULATED: &str = "simulated";
 impl Writing<'_> {
     fn about(&self, name: &str) -> String {
         let case = self.case;
-        let length = format!("{name}, {} s", plain(case.train.duration_s(), 4));
-        match case.holdout_file.and_then(Path::file_name) {
-            Some(file) => format!("{length}; proved on {}", file.to_string_lossy()),
+        let length = format!("{name}, {} s", plain(case.first.signals.duration_s(), 4));
+        match case.holdout.map(Shown::name) {
+            Some(file) => format!("{length}; proved on {file}"),
             None => format!("{length}; proved on its last {} %", plain(100.0 * HELD_OUT, 3)),
         }
     }
@@ -113,14 +118,15 @@ impl Writing<'_> {
 
     /// u (y where the law is not known) as measured and as simulated, and below what each leaves.
     fn proof(&self) -> Option<Proof> {
-        let (signals, clock) = self.case.drawn();
+        let shown = self.case.drawn();
+        let (signals, clock) = (&shown.signals, &shown.clock);
         let known_law = self.found.improved.controller != crate::controller::Controller::Recorded;
         let (letter, unit, measured) =
             if known_law { ("u", &self.units.u, &signals.u) } else { ("y", &self.units.y, &signals.y) };
         let of = |trace: &Trace| if known_law { trace.u.clone() } else { trace.y.clone() };
         let after = self.runs.after.as_ref().map(&of)?;
         let before = self.runs.before.as_ref().map(&of).filter(|_| self.differs());
-        let line = |name: &str, colour, x: &[f64]| self.signal(name, colour, signals, x);
+        let line = |name: &str, colour, x: &[f64]| shown.line(name, colour, x);
         let off = |x: &[f64]| -> Vec<f64> { measured.iter().zip(x).map(|(a, b)| a - b).collect() };
         let name = if before.is_some() { WITH } else { SIMULATED };
         let mut above = vec![line("measured", Colour::Grey, measured)];
@@ -167,12 +173,6 @@ impl Writing<'_> {
         })
     }
 
-    fn signal(&self, name: &str, colour: Colour, signals: &Signals, x: &[f64]) -> Layer {
-        let clock =
-            if std::ptr::eq(signals, self.case.train) { &self.case.clock } else { self.case.drawn().1 };
-        Layer::signal(name, colour, clock.axis(signals.start_s), clock.axis_length(signals.sample_time_s), x)
-    }
-
     /// What stands for a loop file where there is none.
     fn loop_found(&self) -> String {
         match self.found.nominal.controller {
@@ -182,21 +182,14 @@ impl Writing<'_> {
     }
 
     fn facts(&self) -> Vec<(String, String)> {
-        let length = |signals: &Signals| {
-            format!(
-                "{} samples, one every {} s",
-                plain(signals.len() as f64, 9),
-                plain(signals.sample_time_s, 4)
-            )
-        };
         let case = self.case;
-        let mut facts = vec![
-            ("Recording".into(), format!("{}, {}", case.recording.display(), length(case.train))),
-            (
-                "Loop".into(),
-                case.loop_file.map_or_else(|| self.loop_found(), |file| file.display().to_string()),
-            ),
-        ];
+        let mut facts = vec![("Recording".into(), case.first.says())];
+        facts.extend(case.further.iter().map(|further| ("Pooled with it".into(), further.says())));
+        facts.extend(case.healthy.iter().map(|healthy| ("Healthy".into(), healthy.says())));
+        facts.push((
+            "Loop".into(),
+            case.loop_file.map_or_else(|| self.loop_found(), |file| file.display().to_string()),
+        ));
         if self.found.not_used > 0 {
             let text =
                 format!("the last {} samples: a diagnosis takes {}", self.found.not_used, MOST_SAMPLES);
@@ -204,15 +197,15 @@ impl Writing<'_> {
         }
         facts.push((
             "Unseen data".into(),
-            match (case.holdout, case.holdout_file) {
-                (Some(signals), Some(file)) => format!("{}, {}", file.display(), length(signals)),
-                _ => format!("the last {} % of the recording", plain(100.0 * HELD_OUT, 3)),
-            },
+            case.holdout.map_or_else(
+                || format!("the last {} % of the recording", plain(100.0 * HELD_OUT, 3)),
+                Shown::says,
+            ),
         ));
         facts.push(("Place".into(), self.found.place.map_or("none".into(), |p| p.name().into())));
         facts.extend(
             self.found
-                .located(&case.clock, case.start_s())
+                .located(&case.first.clock, case.start_s())
                 .into_iter()
                 .map(|(name, what)| (name.to_owned(), what)),
         );
@@ -245,8 +238,8 @@ impl Writing<'_> {
                 title: format!("{} acts {}", named.term.kind.name.replace('_', " "), times(spans.len())),
                 blocks: vec![Block::table(
                     [
-                        format!("from, {}", self.case.clock.label()),
-                        format!("to, {}", self.case.clock.label()),
+                        format!("from, {}", self.case.first.clock.label()),
+                        format!("to, {}", self.case.first.clock.label()),
                     ],
                     spans.iter().map(|(a, b)| vec![self.cell(*a), self.cell(*b)]).collect(),
                 )],
@@ -287,7 +280,7 @@ impl Writing<'_> {
     fn evidence_row(&self, named: &Named) -> Vec<String> {
         let onset = named.term.onset_s;
         let begins = if onset > 0.0 {
-            self.case.clock.says(self.case.start_s() + onset)
+            self.case.first.clock.says(self.case.start_s() + onset)
         } else {
             "before the recording".into()
         };
@@ -299,7 +292,7 @@ impl Writing<'_> {
     }
 
     fn cell(&self, onset_s: f64) -> String {
-        self.case.clock.cell(self.case.start_s() + onset_s)
+        self.case.first.clock.cell(self.case.start_s() + onset_s)
     }
 
     fn fits(&self) -> Section {
@@ -351,9 +344,10 @@ impl Writing<'_> {
 
     /// r, y and u of the closed loop, measured and simulated.
     fn runs(&self) -> Section {
-        let (signals, clock) = self.case.drawn();
+        let shown = self.case.drawn();
+        let (signals, clock) = (&shown.signals, &shown.clock);
         let [r, y, u] = self.case.columns.labels();
-        let line = |name: &str, colour, x: &[f64]| self.signal(name, colour, signals, x);
+        let line = |name: &str, colour, x: &[f64]| shown.line(name, colour, x);
         let simulated = |of: &dyn Fn(&Trace) -> Vec<f64>| -> Vec<Layer> {
             let with = if self.differs() { WITH } else { SIMULATED };
             let before = self.runs.before.as_ref().filter(|_| self.differs());
@@ -408,7 +402,7 @@ impl Writing<'_> {
 
     /// When found physics acts, and where the unseen part begins.
     fn marks(&self) -> Vec<Layer> {
-        let (signals, clock) = self.case.drawn();
+        let Shown { signals, clock, .. } = self.case.drawn();
         let mut marks = self.onsets();
         if self.case.holdout.is_none() {
             marks.push(Layer::VerticalLine {
@@ -423,7 +417,7 @@ impl Writing<'_> {
 
     /// When found physics acts.
     fn onsets(&self) -> Vec<Layer> {
-        let (signals, clock) = self.case.drawn();
+        let Shown { signals, clock, .. } = self.case.drawn();
         let at = |onset_s: f64| clock.axis(signals.start_s - signals.origin_s + onset_s);
         let mut marks = Vec::new();
         for found in &self.found.physics {
@@ -447,11 +441,12 @@ impl Writing<'_> {
     /// The missing drive against time; what is part of the machine from the start also against what friction, springs and valves depend on.
     fn drive(&self) -> Option<Section> {
         let missing = self.found.missing_drive.as_ref()?;
-        let train = self.case.train;
+        let first = self.case.first;
+        let train = &first.signals;
         let label = named("missing drive", &self.units.drive);
-        let line = |name: &str, colour, x: &[f64]| self.signal(name, colour, train, x);
+        let line = |name: &str, colour, x: &[f64]| first.line(name, colour, x);
         let left = self.found.drive_left.as_ref();
-        let mut layers = vec![estimate(&self.case.clock, train, missing)];
+        let mut layers = vec![estimate(&first.clock, train, missing)];
         layers.push(line("missing", Colour::Grey, &missing.value));
         if let Some(left) = left {
             let explained: Vec<f64> = missing.value.iter().zip(&left.value).map(|(a, b)| a - b).collect();
@@ -466,8 +461,8 @@ impl Writing<'_> {
             layers.extend(self.onsets());
         }
         let time = Panel {
-            x_label: self.case.clock.label().into(),
-            x_dates: self.case.clock.zero_s.is_some(),
+            x_label: self.case.first.clock.label().into(),
+            x_dates: self.case.first.clock.zero_s.is_some(),
             y_label: label.clone(),
             layers,
             y_range,
@@ -515,11 +510,13 @@ impl Writing<'_> {
         let row = |p: &super::Refitted| {
             // A change that its interval does not carry is none.
             let same = (p.value - p.nominal).abs() <= p.half_width || p.half_width.is_nan();
+            let change = if same { "none".into() } else { percent(100.0 * (p.value / p.nominal - 1.0)) };
+            let given = self.case.is_given(p);
             vec![
                 p.name.clone(),
-                plain(p.nominal, 4),
+                if given { plain(p.nominal, 4) } else { "identified".into() },
                 sentences::measured(p.value, p.half_width, ""),
-                if same { "none".into() } else { percent(100.0 * (p.value / p.nominal - 1.0)) },
+                if given { change } else { String::new() },
             ]
         };
         let head = ["number", "as given", "fitted, 95 % interval", "change"];
@@ -534,28 +531,16 @@ impl Writing<'_> {
             Block::Text("No rival was tried.".into())
         } else {
             let row = |r: &Rejected| {
-                let smallest =
-                    r.smallest.as_ref().map_or_else(|| "not known".into(), |term| self.sizes(term));
+                let smallest = r
+                    .smallest
+                    .as_ref()
+                    .map_or_else(|| "not known".into(), |term| sentences::sizes(term, &self.units));
                 vec![r.kind.replace('_', " "), r.why.clone(), smallest]
             };
             let head = ["physics", "why not", "would have shown from about"];
             Block::table(head, self.found.rejected.iter().map(row).collect())
         };
         Section::new("Rivals, and why they lost", vec![block])
-    }
-
-    /// The numbers of a term in words.
-    fn sizes(&self, term: &physics::Term) -> String {
-        let parameters = term.kind.parameters.iter().zip(&term.parameters);
-        let words = parameters.map(|(p, value)| {
-            let size = sentences::parameter(
-                sentences::rounded(*value, 0.05 * value.abs()),
-                f64::NAN,
-                &self.units.unit(p.unit),
-            );
-            format!("{} {size}", number_name(p.name))
-        });
-        words.collect::<Vec<_>>().join(", ")
     }
 
     /// What this recording can't tell, and what would.

@@ -1,6 +1,8 @@
 //! Innovations: the recorded y less its prediction from the recorded u, sample by sample. The prediction is the full simulation, whose
 //! plant, load and sensor noise are corrected at each sample by the [gains](super::gains) of its linear part.
 
+use std::ops::Range;
+
 use crate::control_loop::Loop;
 use crate::simulate::{Observer, Simulation, Start};
 
@@ -18,7 +20,7 @@ pub const SETTLING: usize = 20;
 /// What the filter makes of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Innovations {
-    /// Innovations over their own deviation, in units of the sensor noise's deviation; 0 where y is missing and in the first samples.
+    /// Innovations over their own deviation, in units of the sensor noise's deviation; 0 where y is missing and in samples that don't count.
     pub scaled: Vec<f64>,
     /// Logarithms of their variances, of that unit squared, one a sample.
     pub log_scales: Vec<f64>,
@@ -49,17 +51,17 @@ pub struct Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// Runs over the first `samples` of a recording; `None` where the loop can't be simulated or diverges. `in_detail` keeps load and variances of each sample.
+    /// Runs over the first samples of a recording, of which those in `counted` count; `None` where the loop can't be simulated or diverges. `in_detail` keeps load and variances of each sample.
     pub fn run(
         &self,
         signals: &Signals,
         start: &Start,
-        samples: usize,
+        counted: Range<usize>,
         in_detail: bool,
     ) -> Option<Innovations> {
         let mut simulation = Simulation::with_substeps(self.model, 0, SUBSTEPS).ok()?;
         simulation.start(start).ok()?;
-        let samples = samples.min(signals.len());
+        let samples = counted.end.min(signals.len());
         let ts = signals.sample_time_s;
         let mut run = Run {
             filter: self,
@@ -72,6 +74,7 @@ impl Filter<'_> {
             stretch: self.gains.first()?,
             later: self.gains.get(1..)?,
             in_detail,
+            counts_from: counted.start.max(SETTLING),
             out: Innovations { scaled: Vec::with_capacity(samples), ..Innovations::default() },
         };
         simulation.observe(0..samples, self.first_state, &mut run);
@@ -92,6 +95,7 @@ struct Run<'a> {
     stretch: &'a Stretch,
     later: &'a [Stretch],
     in_detail: bool,
+    counts_from: usize,
     out: Innovations,
 }
 
@@ -124,7 +128,7 @@ impl Observer for Run<'_> {
             self.out.scaled.push(0.0);
             return None;
         }
-        let counts = n >= SETTLING;
+        let counts = n >= self.counts_from;
         if counts {
             self.out.log_variances += log_variance;
             self.out.count += 1;

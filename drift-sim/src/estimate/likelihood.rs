@@ -27,6 +27,8 @@ pub struct Data {
     pub recordings: Vec<Signals>,
     /// Samples of each that count, from its beginning.
     pub fitted: Vec<usize>,
+    /// Samples at the beginning of each that don't count: what follows is likely or not, given them.
+    given: Vec<usize>,
     /// From which of them on they are healthy: what is looked for is not in those.
     pub healthy_from: usize,
     /// Motions in them.
@@ -59,13 +61,21 @@ impl Data {
             start_deviations.push((START_OF_DIFFERENCES * rms / scales.noise).max(1e-9));
         }
         let motions = super::measure::motions(&hypothesis.model, &recordings);
-        Self { healthy_from: recordings.len(), recordings, fitted, motions, start_deviations }
+        let given = vec![0; recordings.len()];
+        Self { healthy_from: recordings.len(), recordings, given, fitted, motions, start_deviations }
     }
 
     /// The same recordings with another share that counts.
     #[must_use]
     pub fn seeing(&self, fitted: Vec<usize>) -> Self {
         Self { fitted, ..self.clone() }
+    }
+
+    /// What does not count of the recordings, given what does.
+    #[must_use]
+    pub fn beyond(&self) -> Self {
+        let whole = self.recordings.iter().map(Signals::len).collect();
+        Self { given: self.fitted.clone(), ..self.seeing(whole) }
     }
 
     /// The same recordings, healthy from this one on.
@@ -79,17 +89,22 @@ impl Data {
         self.healthy_from < self.recordings.len()
     }
 
-    /// The part of the data that short fits see: the first recording, and the healthy ones.
+    /// The part of the data that short fits see: all but a hold-out.
     #[must_use]
     pub fn screening(&self) -> Self {
-        let counts = |i: usize| i == 0 || i >= self.healthy_from;
-        self.seeing(self.fitted.iter().enumerate().map(|(i, n)| if counts(i) { *n } else { 0 }).collect())
+        let seen = |(signals, n): (&Signals, &usize)| if is_screened(signals, *n) { *n } else { 0 };
+        self.seeing(self.recordings.iter().zip(&self.fitted).map(seen).collect())
     }
 
     /// Samples of the longest recording that count.
     fn longest(&self) -> usize {
         self.fitted.iter().zip(&self.recordings).map(|(n, s)| (*n).min(s.len())).max().unwrap_or(0)
     }
+}
+
+/// Whether short fits see a recording: of a hold-out little counts.
+pub fn is_screened(signals: &Signals, fitted: usize) -> bool {
+    2 * fitted >= signals.len()
 }
 
 /// Linear parts, noise and samples, and the gains that follow from them.
@@ -195,6 +210,7 @@ pub fn runs(
         None => None,
     };
     let run = |i: usize, signals: &Signals, fitted: usize| {
+        let given = data.given.get(i).copied().unwrap_or(0);
         let (realised, (gains, first_state)) = match (&healthy, &of_healthy) {
             (Some(healthy), Some(gains)) if i >= data.healthy_from => (healthy, gains),
             _ => (&realised, &of_faulty),
@@ -208,7 +224,7 @@ pub fn runs(
             unit: hypothesis.scales.noise,
             constant_load: realised.constant_load,
         };
-        filter.run(signals, &start(realised, signals), fitted, in_detail)
+        filter.run(signals, &start(realised, signals), given..fitted, in_detail)
     };
     let each = data.recordings.iter().zip(&data.fitted).enumerate().filter(|(_, (_, fitted))| **fitted > 0);
     each.map(|(i, (signals, fitted))| run(i, signals, *fitted)).collect()

@@ -12,7 +12,7 @@ use crate::simulate::actuated;
 
 use super::climb::climb;
 
-/// Samples that are enough to tell actuators apart.
+/// Samples of all recordings that are enough to tell actuators apart.
 const ENOUGH: usize = 8_000;
 /// Past values of y and of what leaves the actuator in the regression.
 const PAST_Y: usize = 3;
@@ -30,15 +30,17 @@ const LEAST_GAIN: f64 = 15.0;
 const KEPT: usize = 2;
 
 /// The likeliest actuators of unlike kinds, the best first; none where u itself does as well.
-pub fn likeliest(model: &Loop, recording: &Signals, scales: &Scales) -> Vec<Term> {
-    let recording = &recording.part(0, recording.len().min(ENOUGH));
+pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<Term> {
+    let most = ENOUGH / recordings.len().max(1);
+    let recordings: Vec<Signals> = recordings.iter().map(|signals| signals.part(0, most)).collect();
     let kinds: Vec<&'static Kind> = KINDS
         .iter()
         .copied()
         .filter(|kind| kind.place == Place::Actuator && kind.search.points(scales).is_some())
         .collect();
     let bare = Loop { physics: Vec::new(), ..model.clone() };
-    let judges: Option<Vec<Judge>> = EVERY.iter().map(|every| Judge::new(&bare, recording, *every)).collect();
+    let judges: Option<Vec<Judge>> =
+        EVERY.iter().map(|every| Judge::new(&bare, &recordings, *every)).collect();
     let Some(judges) = judges else { return Vec::new() };
     let mut found: Vec<Actuated> =
         kinds.into_par_iter().filter_map(|kind| best_of(kind, scales, &judges)).collect();
@@ -77,24 +79,22 @@ struct Actuated {
 /// What actuators are judged by.
 struct Judge {
     bare: Loop,
-    u: Vec<f64>,
-    regression: Regression,
-    /// Mean square of what u itself does not foretell.
-    without: f64,
+    of_each: Vec<Regression>,
 }
 
 impl Judge {
-    fn new(bare: &Loop, recording: &Signals, every: usize) -> Option<Self> {
-        let regression = Regression::new(recording, every);
-        let without = regression.error(&recording.u)?;
-        Some(Self { bare: bare.clone(), u: recording.u.clone(), regression, without })
+    fn new(bare: &Loop, recordings: &[Signals], every: usize) -> Option<Self> {
+        let of_each: Option<Vec<Regression>> =
+            recordings.iter().map(|recording| Regression::new(recording, every)).collect();
+        of_each.map(|of_each| Self { bare: bare.clone(), of_each })
     }
 
     fn judged(&self, kind: &'static Kind, parameters: Vec<f64>) -> Option<Actuated> {
         let term = Term { kind, parameters, onset_s: 0.0, spans: Vec::new() };
         term.check().ok()?;
-        let error = self.regression.error(&actuated(&self.bare.clone().with(term.clone()), &self.u))?;
-        let gain = 0.5 * self.regression.y.len() as f64 * libm::log(self.without / error);
+        let at_work = self.bare.clone().with(term.clone());
+        let gains = self.of_each.iter().map(|regression| regression.gain(&actuated(&at_work, &regression.u)));
+        let gain = gains.sum::<Option<f64>>()?;
         gain.is_finite().then_some(Actuated { term, gain })
     }
 
@@ -106,15 +106,26 @@ impl Judge {
     }
 }
 
-/// The regression of y on its past and on the past of what drives the plant.
+/// The regression of a recording's y on its past and on the past of what drives the plant.
 struct Regression {
     y: Vec<f64>,
+    u: Vec<f64>,
     every: usize,
+    /// Mean square of what u itself does not foretell.
+    without: f64,
 }
 
 impl Regression {
-    fn new(recording: &Signals, every: usize) -> Self {
-        Self { y: held(&recording.y).into_iter().step_by(every).collect(), every }
+    fn new(recording: &Signals, every: usize) -> Option<Self> {
+        let y = held(&recording.y).into_iter().step_by(every).collect();
+        let mut regression = Self { y, u: recording.u.clone(), every, without: f64::NAN };
+        regression.without = regression.error(&recording.u)?;
+        Some(regression)
+    }
+
+    /// Log-likelihood that this drive gains over u itself.
+    fn gain(&self, driving: &[f64]) -> Option<f64> {
+        Some(0.5 * self.y.len() as f64 * libm::log(self.without / self.error(driving)?))
     }
 
     /// Mean square of what it does not foretell.

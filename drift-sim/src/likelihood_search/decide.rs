@@ -73,13 +73,19 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
             || (is_related(s) && s.gain > best.gain - family_margin(s))
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
+    left_of(scored, &near)
+}
+
+/// What is left where these kinds are, the best first: one of them is named where all are of one family.
+pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
+    let Some(best) = near.first() else { return Decision { scored, ..Decision::default() } };
+    let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
+    let numbers = |s: &Scored| s.kind.parameters.len();
     let one_family = near.iter().all(|s| s.kind == best.kind || is_related(s));
     let set = near.iter().map(|s| s.kind).collect();
-    let named = one_family.then(|| {
-        // Of a family the simplest is named.
-        let simplest =
-            near.iter().min_by(|a, b| numbers(a).cmp(&numbers(b)).then(b.score.total_cmp(&a.score)));
-        let named = simplest.copied().unwrap_or(best);
+    // Of a family the simplest is named.
+    let simplest = near.iter().min_by(|a, b| numbers(a).cmp(&numbers(b)).then(b.score.total_cmp(&a.score)));
+    let named = simplest.filter(|_| one_family).map(|named| {
         let tied = near.iter().filter(|s| s.kind != named.kind).map(|s| s.kind.name).collect();
         (named.place, tied)
     });

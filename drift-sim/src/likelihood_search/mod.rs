@@ -11,6 +11,7 @@ mod actuators;
 mod climb;
 mod decide;
 mod excitation;
+mod guarantee;
 mod identified;
 mod interval;
 mod lattice;
@@ -61,15 +62,15 @@ pub enum Judged {
     Nothing,
 }
 
-/// Diagnoses a recording against a loop.
+/// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it.
 pub fn diagnose(
-    recording: &Signals,
+    recordings: &[Signals],
     holdout: Option<&Signals>,
     nominal: &Loop,
     healthy: &[Signals],
     options: &Options,
 ) -> Judged {
-    match concluded(recording, holdout, nominal, healthy, options) {
+    match concluded(recordings, holdout, nominal, healthy, options) {
         Some((found, true)) => Judged::Stands(Box::new(found)),
         Some((found, false)) => Judged::Doubted(Box::new(found.undecided())),
         None => Judged::Nothing,
@@ -78,13 +79,13 @@ pub fn diagnose(
 
 /// The diagnosis, and whether it stands.
 fn concluded(
-    recording: &Signals,
+    recordings: &[Signals],
     holdout: Option<&Signals>,
     nominal: &Loop,
     healthy: &[Signals],
     options: &Options,
 ) -> Option<(Diagnosis, bool)> {
-    let parts = Parts::new(recording, holdout, options);
+    let parts = Parts::new(recordings, holdout, options)?;
     stage::begins("the control law", 0);
     let law = law::examine(nominal, &parts.recordings);
     if law.is_another {
@@ -122,7 +123,9 @@ fn concluded(
     let (train, unseen) = parts.shown();
     let shown = unseen.as_ref().unwrap_or(&train);
     let has_healthy = !healthy.is_empty();
-    let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, has_healthy, predicted };
+    let (recordings, fitted) = (&parts.recordings, &parts.fitted);
+    let trial =
+        Trial { found: &concluded, fit: &fit, shown, recordings, fitted, is_guessed, has_healthy, predicted };
     let stands = is_noise && trial.passes();
     Some((concluded, stands))
 }
@@ -153,37 +156,37 @@ fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -
     Term::new("quantization", &[("step", step)]).ok()
 }
 
-/// The recordings and what a fit may see of each.
+/// The recordings and what a fit may see of each; the hold-out is the last.
 struct Parts {
     recordings: Vec<Signals>,
     fitted: Vec<usize>,
     not_used: usize,
+    has_holdout: bool,
 }
 
 impl Parts {
-    fn new(recording: &Signals, holdout: Option<&Signals>, options: &Options) -> Self {
-        let cut = |signals: &Signals| signals.part(0, options.most_samples);
-        let not_used = recording.len() - cut(recording).len();
+    /// `None` without a recording.
+    fn new(recordings: &[Signals], holdout: Option<&Signals>, options: &Options) -> Option<Self> {
+        let most = options.most_samples / recordings.len().max(1);
+        let cut = |signals: &Signals| signals.part(0, most);
+        let not_used = recordings.iter().map(|signals| signals.len().saturating_sub(most)).sum();
         let share = |signals: &Signals, part: f64| (part * signals.len() as f64) as usize;
-        match holdout {
-            Some(holdout) => {
-                let recordings = vec![cut(recording), cut(holdout)];
-                let fitted = vec![recordings[0].len(), share(&recordings[1], options.seen_of_holdout)];
-                Self { recordings, fitted, not_used }
-            }
-            None => {
-                let recordings = vec![cut(recording)];
-                let fitted = vec![share(&recordings[0], options.seen_of_recording)];
-                Self { recordings, fitted, not_used }
-            }
+        let seen = if holdout.is_some() { 1.0 } else { options.seen_of_recording };
+        let mut cuts: Vec<Signals> = recordings.iter().map(cut).collect();
+        let mut fitted: Vec<usize> = cuts.iter().map(|signals| share(signals, seen)).collect();
+        if let Some(holdout) = holdout.map(cut) {
+            fitted.push(share(&holdout, options.seen_of_holdout));
+            cuts.push(holdout);
         }
+        let parts = Self { recordings: cuts, fitted, not_used, has_holdout: holdout.is_some() };
+        (!recordings.is_empty()).then_some(parts)
     }
 
     /// What fits are shown on: the recording that numbers were fitted on, and the one that proves.
     fn shown(&self) -> (Signals, Option<Signals>) {
         let first = &self.recordings[0];
-        match self.recordings.get(1) {
-            Some(second) => (first.clone(), Some(second.clone())),
+        match self.recordings.last().filter(|_| self.has_holdout) {
+            Some(holdout) => (first.clone(), Some(holdout.clone())),
             None => {
                 let cut = self.fitted.first().copied().unwrap_or(0);
                 let unseen = first.part(cut, first.len());

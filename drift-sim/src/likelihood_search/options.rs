@@ -22,6 +22,8 @@ pub struct Options {
     pub most_samples: usize,
     /// Terms that may be named.
     pub most_terms: usize,
+    /// The probability with which the truth may leave the set, where a guarantee is asked for: see `guarantee`.
+    pub guarantee: Option<f64>,
 }
 
 impl Default for Options {
@@ -35,6 +37,7 @@ impl Default for Options {
             seen_of_recording: 0.7,
             most_samples: 150_000,
             most_terms: 3,
+            guarantee: None,
         }
     }
 }

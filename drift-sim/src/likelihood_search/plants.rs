@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::is_noise;
-use crate::estimate::likelihood::Data;
+use crate::estimate::likelihood::{Data, is_screened};
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
 use crate::physics::{Kind, Scales, Term};
@@ -120,9 +120,10 @@ pub fn with_actuators(
     fitted: &[usize],
     (is_open, options): (bool, &Options),
 ) -> Vec<Candidate> {
-    let (Some(first), Some(seen)) = (recordings.first(), fitted.first()) else { return Vec::new() };
     let scales = measure::scales(model, recordings);
-    let terms = actuators::likeliest(model, &first.part(0, *seen), &scales);
+    let seen = recordings.iter().zip(fitted).filter(|(signals, fitted)| is_screened(signals, **fitted));
+    let seen: Vec<Signals> = seen.map(|(signals, fitted)| signals.part(0, *fitted)).collect();
+    let terms = actuators::likeliest(model, &seen, &scales);
     if is_open {
         let behind = terms.iter().filter_map(|term| behind(term, model, recordings, fitted, options));
         let behind: Vec<Candidate> = behind.collect();

@@ -7,6 +7,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Term};
 
 use super::decide::{Decision, cost_of, decide, independent_share};
+use super::guarantee::decide_surely;
 use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
@@ -100,13 +101,20 @@ impl Search<'_> {
         }
     }
 
+    fn decide(&self, field: &Field, least: f64) -> Decision {
+        match self.options.guarantee {
+            Some(alpha) => decide_surely(field, self.data, self.options, alpha),
+            None => decide(field, self.options, least),
+        }
+    }
+
     /// The search from the first field on.
     pub fn run(&self, first: Field) -> Found {
         let likeliest = first.rivals.first().map_or(&first.base, |best| &best.fit);
         if independent_share(likeliest) < HOPELESS {
             return Found { is_noise: false, ..self.nominal_only(first.base) };
         }
-        let decision = decide(&first, self.options, 0.0);
+        let decision = self.decide(&first, 0.0);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let mut found = Found { rivals, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
@@ -114,7 +122,7 @@ impl Search<'_> {
             let Some(best) = found.best.clone() else { break };
             let Some(next) = field(&best, self.data, Round::Later) else { break };
             let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
-            let decision = decide(&next, self.options, self.options.least_share * strongest);
+            let decision = self.decide(&next, self.options.least_share * strongest);
             if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
                 break;
             }
@@ -137,7 +145,7 @@ impl Search<'_> {
     /// A field beside a plant to which the late responses belong that lead one after the other.
     pub fn with_own_lags(&self, mut field: Field) -> Field {
         for _ in 0..OWN_LAGS {
-            let decision = decide(&field, self.options, 0.0);
+            let decision = self.decide(&field, 0.0);
             let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
             let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
             let Some(next) = rivals::field(&base, self.data, Round::First) else { break };
@@ -217,7 +225,7 @@ impl Search<'_> {
         }
         let Some(without) = without(&best, 0, self.data) else { return };
         let Some(again) = field(&without, self.data, Round::Later) else { return };
-        let decision = decide(&again, self.options, 0.0);
+        let decision = self.decide(&again, 0.0);
         let Some((place, tied)) = decision.named else { return };
         let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };
         let gain = decision.scored.iter().find(|s| s.place == place).map_or(0.0, |s| s.score);

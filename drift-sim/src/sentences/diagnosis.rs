@@ -3,7 +3,7 @@
 use super::quantity::{fit, measured, number_name, percent, plain, rate, rounded, value, with_unit};
 use super::{Answer, Clock, KeyNumber, Status};
 use crate::diagnose::{Diagnosis, Fits, Named, Rejected, Verdict};
-use crate::physics::{Place, UnitNames};
+use crate::physics::{Place, Term, UnitNames};
 use crate::plant::Plant;
 
 /// Rivals that a sentence names.
@@ -53,6 +53,16 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
             typographic((named.term.kind.says)(&numbers, &units))
         }
     }
+}
+
+/// The sizes of a term's numbers in words.
+pub fn sizes(term: &Term, units: &UnitNames) -> String {
+    let parameters = term.kind.parameters.iter().zip(&term.parameters);
+    let words = parameters.map(|(p, value)| {
+        let size = parameter(rounded(*value, 0.05 * value.abs()), f64::NAN, &units.unit(p.unit));
+        format!("{} {size}", number_name(p.name))
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// Units and powers of ten that a kind's own sentence has as a file writes them.

@@ -14,7 +14,7 @@ mod quantity;
 pub use answer::{Answer, KeyNumber, Status};
 pub use calibration::{asks_for_action, calibration};
 pub use clock::Clock;
-pub use diagnosis::{diagnosis, may_be_nothing, parameter, says};
+pub use diagnosis::{diagnosis, may_be_nothing, parameter, says, sizes};
 pub use monitoring::{monitoring, pinned, side_name};
 pub use quantity::{
     ends, fit, line, measured, number_name, percent, plain, rate, rounded, sigmas, simple_unit, value,

@@ -156,11 +156,12 @@ def _finding(fields: dict[str, Any]) -> Finding:
 
 
 def diagnose(
-    data: Data,
+    data: Data | Sequence[Data],
     loop: Loop | str | PathLike[str] | Mapping[str, Any] | None = None,
     *,
     holdout: Data | None = None,
     healthy: Data | Sequence[Data] = (),
+    guarantee: float | None = None,
     **reading: Unpack[Reading],
 ) -> Diagnosis:
     """Finds, names, models and proves the physics that a simulation left out of a recorded loop.
@@ -170,14 +171,16 @@ def diagnose(
     Parameters
     ----------
     data
-        The recording.
+        The recording, or a list of recordings of one loop in which the same is wrong: they are pooled, the first is shown.
     loop
         What is known of the loop: a Loop, the path of a loop file, or its tables. Without it the law is looked for in the first
         healthy recording, or in the recording itself where there is no healthy one, and the plant is identified.
     holdout
-        A second recording, for the proof; without it the last 30 % of the first are held out.
+        Another recording, for the proof; without it the last 30 % of each are held out.
     healthy
-        One healthy recording, or a list of them, that the nominal numbers (or the identified plant) come from.
+        One recording from before, or a list of them: what has changed since? The nominal numbers (or the identified plant) come from them.
+    guarantee
+        The probability with which the true cause may be lost (0.05, say): a cause is named only if all others are excluded. Slower.
     **reading
         How recordings are read; see `Reading`.
 
@@ -200,16 +203,19 @@ def diagnose(
     >>> drift.diagnose(run.to_recording(), loop).verdict
     'no_mismatch'
     """
-    every = list(healthy) if isinstance(healthy, list | tuple) else [healthy]
+    def several(of: Data | Sequence[Data]) -> list[Data]:
+        return list(of) if isinstance(of, list | tuple) else [of]
+
     model = None if loop is None else as_loop(loop)
     further = () if model is None else model.inputs
-    read = [as_recording(one, reading, further=further) for one in every]
-    recording = as_recording(data, reading, further=further)
+    recordings = [as_recording(one, reading, further=further) for one in several(data)]
+    read = [as_recording(one, reading, further=further) for one in several(healthy)]
     unseen = None if holdout is None else as_recording(holdout, reading, further=further)
     inner = _drift.diagnose(
-        recording._inner,
+        [one._inner for one in recordings],
         None if model is None else (model._name, model._inner),
         holdout=None if unseen is None else unseen._inner,
         healthy=[one._inner for one in read],
+        guarantee=guarantee,
     )
     return Diagnosis(inner)

@@ -204,11 +204,12 @@ class Diagnosis:
     def figure(self) -> str | None: ...
 
 def diagnose(
-    recording: Recording,
+    recordings: Sequence[Recording],
     model: tuple[_Path, Loop] | None,
     *,
     holdout: Recording | None,
     healthy: Sequence[Recording],
+    guarantee: float | None,
 ) -> Diagnosis: ...
 
 @final

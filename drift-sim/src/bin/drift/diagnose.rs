@@ -6,11 +6,11 @@ use std::process::ExitCode;
 use clap::Args;
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::{Diagnosis, Named};
-use drift_sim::diagnosed::{Question, Read};
+use drift_sim::diagnosed::{Diagnosed, Question, Read};
 use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames};
 use drift_sim::report::command_line;
-use drift_sim::sentences::{self, Clock, ends, fit, measured, plain};
+use drift_sim::sentences::{self, ends, fit, measured, plain};
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output};
 
@@ -23,17 +23,19 @@ use crate::sparkline;
 #[command(after_help = "\
 Examples:
   drift diagnose recording.csv
-  drift diagnose now.csv --healthy then.csv
+  drift diagnose now.csv --healthy then.csv --report page.html
+  drift diagnose monday.csv tuesday.csv wednesday.csv
   drift diagnose recording.csv --loop loop.toml
   drift diagnose recording.csv --loop loop.toml --model improved.toml --report page.html
   drift diagnose faulty.csv --loop loop.toml --healthy monday.csv tuesday.csv")]
 pub struct Arguments {
-    /// The recording, in any of the formats
-    recording: PathBuf,
+    /// The recording, in any of the formats; several of one loop, in which the same is wrong, are pooled
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
     /// What is known of the loop; without it the law is looked for in the (first healthy) recording, and the plant is identified
     #[arg(long = "loop", value_name = "LOOP.toml")]
     loop_file: Option<PathBuf>,
-    /// A second recording, for the proof; without it the last 30 % of the first are held out
+    /// Another recording, for the proof; without it the last 30 % of each are held out
     #[arg(long, value_name = "REC.csv")]
     holdout: Option<PathBuf>,
     /// Write the diagnosis as JSON; - is standard output
@@ -45,17 +47,19 @@ pub struct Arguments {
     /// A page for people: one HTML file that needs nothing else, with charts to zoom into
     #[arg(long, value_name = "OUT.html")]
     report: Option<PathBuf>,
-    /// Healthy recordings that the nominal numbers (or the identified plant) come from
+    /// Recordings from before: what has changed since? The nominal numbers (or the identified plant) come from them
     #[arg(long, value_name = "H.csv", num_args = 1..)]
     healthy: Vec<PathBuf>,
+    /// Name a cause only if all others are excluded; the true one is lost with a probability of at most this. Slower, and names less
+    #[arg(long, value_name = "ALPHA")]
+    guarantee: Option<f64>,
     #[command(flatten)]
     reading: RecordingArguments,
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode> {
-    let mut inputs: Vec<&Path> = vec![&arguments.recording];
-    let others = arguments.loop_file.iter().chain(&arguments.holdout).chain(&arguments.healthy);
-    inputs.extend(others.map(PathBuf::as_path));
+    let recordings = arguments.recordings.iter().chain(&arguments.holdout).chain(&arguments.healthy);
+    let inputs: Vec<&Path> = recordings.chain(&arguments.loop_file).map(PathBuf::as_path).collect();
     let named = [
         ("--json", arguments.json.as_deref()),
         ("--model", arguments.model.as_deref()),
@@ -65,13 +69,15 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let stated = arguments.loop_file.as_deref().map(Loop::read).transpose()?;
     let columns: Vec<String> =
         stated.iter().flat_map(|model| &model.inputs).map(|input| input.column.clone()).collect();
-    let read = |path: &PathBuf| arguments.reading.read(path, columns.clone());
-    let read_file = |path: &PathBuf| read(path).map(|recording| Read { file: path.clone(), recording });
+    let read_file = |path: &PathBuf| {
+        Ok(Read { file: path.clone(), recording: arguments.reading.read(path, columns.clone())? })
+    };
     let question = Question {
-        recording: read_file(&arguments.recording)?,
+        recordings: arguments.recordings.iter().map(read_file).collect::<Result<_>>()?,
         holdout: arguments.holdout.as_ref().map(read_file).transpose()?,
-        healthy: arguments.healthy.iter().map(read).collect::<Result<_>>()?,
+        healthy: arguments.healthy.iter().map(read_file).collect::<Result<_>>()?,
         stated: arguments.loop_file.clone().zip(stated),
+        guarantee: arguments.guarantee,
     };
     let progress = Progress::of_stages("diagnosing");
     let diagnosed = question.diagnose()?;
@@ -93,8 +99,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     outputs.commit()?;
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let here = Terminal::here();
-        let text = screen(found, diagnosed.clock(), diagnosed.start_s(), &here)
-            + &sparkline::rows(found, diagnosed.shown(), &here);
+        let text = screen(&diagnosed, &here) + &sparkline::rows(found, diagnosed.shown(), &here);
         output::write_text(Path::new("-"), &text)?;
     }
     Ok(ExitCode::SUCCESS)
@@ -104,7 +109,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
 const LEAST_POINTS: f64 = 0.01;
 
 /// One screen for people: the answer first.
-fn screen(found: &Diagnosis, clock: &Clock, start_s: f64, terminal: &Terminal) -> String {
+fn screen(diagnosed: &Diagnosed, terminal: &Terminal) -> String {
+    let (found, clock, start_s) = (&diagnosed.found, diagnosed.clock(), diagnosed.start_s());
     let place = found.place.map_or(String::new(), |place| format!(", at the {}", place.name()));
     let mut text = terminal.answer(&sentences::diagnosis(found, clock, start_s));
     text += &format!("\nverdict: {}{place}\n", found.verdict.name());
@@ -124,8 +130,10 @@ fn screen(found: &Diagnosis, clock: &Clock, start_s: f64, terminal: &Terminal) -
         text += &terminal.wrapped(&format!("  {}: ", what.to_lowercase()), &says);
     }
     for p in &found.parameters {
-        let (value, from) = (measured(p.value, p.half_width, ""), plain(p.nominal, 4));
-        text += &terminal.wrapped(&format!("  {:24} ", p.name), &format!("{value} (as given: {from})"));
+        let given = format!(" (as given: {})", plain(p.nominal, 4));
+        let given = if diagnosed.is_identified && p.is_plants() { "" } else { given.as_str() };
+        let value = measured(p.value, p.half_width, "") + given;
+        text += &terminal.wrapped(&format!("  {:24} ", p.name), &value);
     }
     text += &fits(found);
     let unexcited: Vec<&str> = found

@@ -139,10 +139,11 @@ pub fn diagnose(case: &str) -> std::result::Result<String, String> {
         let open = |file: &File| read(file.number, &file.name, &case.asked, columns.clone());
         let named = |file: &File| Ok(Read { file: file.name.clone().into(), recording: open(file)? });
         let question = Question {
-            recording: named(&case.recording)?,
+            recordings: vec![named(&case.recording)?],
             holdout: case.holdout.as_ref().map(named).transpose()?,
-            healthy: case.healthy.iter().map(open).collect::<Result<_>>()?,
+            healthy: case.healthy.iter().map(named).collect::<Result<_>>()?,
             stated,
+            guarantee: None,
         };
         let diagnosed = question.diagnose()?;
         let page = diagnosed

@@ -28,7 +28,7 @@ pub fn drive(folder: &Path) -> Result<Figure> {
         Signals::new(&Recording::read(&folder.join(name), &options)?, &model)
     };
     let (train, unseen) = (read("emps_train.csv")?, read("emps_pulses_ctrl.csv")?);
-    let found = diagnose(&train, Some(&unseen), &model)?;
+    let found = diagnose(std::slice::from_ref(&train), Some(&unseen), &model)?;
     let all = [&found.nominal, &found.improved].map(|model| prove::run(model, &unseen, 0));
     let [without, with] =
         all.map(|run| run.map(|run| Run { drive: drive_of(&run.u, &model, &unseen), y: run.y }));

@@ -19,7 +19,7 @@ fn closed(recording: &Recording) -> Range<usize> {
 
 /// r, y, u and the measured inputs, from the first to the last sample at which the loop was closed. y is NaN where it is missing or the
 /// loop was open between; r, u and inputs hold their last value there.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Signals {
     /// Seconds per sample.
     pub sample_time_s: f64,

@@ -74,8 +74,13 @@ impl Data {
     /// What does not count of the recordings, given what does.
     #[must_use]
     pub fn beyond(&self) -> Self {
-        let whole = self.recordings.iter().map(Signals::len).collect();
-        Self { given: self.fitted.clone(), ..self.seeing(whole) }
+        Self { given: self.fitted.clone(), ..self.whole() }
+    }
+
+    /// The same recordings, all of which counts.
+    #[must_use]
+    pub fn whole(&self) -> Self {
+        self.seeing(self.recordings.iter().map(Signals::len).collect())
     }
 
     /// The same recordings, healthy from this one on.

@@ -13,6 +13,8 @@ const ONSET_COSTS: f64 = 2.0;
 /// Lags over which the innovations' correlation is summed, and the standard errors below which one of them is chance.
 const LAGS: usize = 30;
 const CHANCE: f64 = 3.0;
+/// Part of y's motion below which nothing is missing, however sure it is: no simulation is exact to that.
+const LEAST_EFFECT: f64 = 1e-4;
 
 /// A kind with what speaks for it.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +59,9 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
         })
         .collect();
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let Some(best) = scored.first().copied().filter(|best| best.score > options.least_gain.max(least)) else {
+    let is_found =
+        |best: &Scored| best.score > options.least_gain.max(least) && effect(field, best.gain) > LEAST_EFFECT;
+    let Some(best) = scored.first().copied().filter(is_found) else {
         return Decision { scored, ..Decision::default() };
     };
     // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
@@ -65,8 +69,8 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
     let numbers = |s: &Scored| s.kind.parameters.len();
     // Of one family two kinds differ by what a model that is not exact may get wrong.
-    let family_margin =
-        |s: &Scored| if numbers(s) < numbers(&best) { options.margin } else { 2.0 * options.margin };
+    let inexact = 2.0 * (options.least_share * best.gain).max(options.margin);
+    let family_margin = |s: &Scored| if numbers(s) < numbers(&best) { options.margin } else { inexact };
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak(_)) && s.gain >= best.gain)
@@ -90,6 +94,13 @@ pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
         (named.place, tied)
     });
     Decision { scored, set, named }
+}
+
+/// How far a kind of this gain moves what is foretold of y, at least, as part of y's own motion.
+fn effect(field: &Field, gain: f64) -> f64 {
+    let rows = &field.base.rows;
+    let of_noise = libm::sqrt(2.0 * gain.max(0.0) / rows.count.max(1) as f64);
+    rows.sensor_sd * of_noise / field.base.hypothesis.scales.y
 }
 
 /// What the numbers of a fit's candidate cost.

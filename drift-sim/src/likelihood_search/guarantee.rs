@@ -1,8 +1,10 @@
-//! The decision with a guarantee (`--guarantee ALPHA`): the split likelihood ratio. The best fit of what was fitted is held, on what was not, against the
-//! best that each kind of physics can do there when its numbers are fitted to it. Where the truth is one of the kinds, it leaves the set with a
-//! probability of ALPHA at most, in finite samples (Wasserman, Ramdas & Balakrishnan 2020, "Universal inference", theorem 1, on the likelihood
-//! of the later samples given the earlier ones). It assumes that the noise is of the model's kind, that the kinds are all there are, and that the
-//! fits reach the maximum; innovations that are correlated still count by their independent share.
+//! The decision with a guarantee (`--guarantee ALPHA`): the running likelihood ratio. What the best kind says of all samples before it has seen them is held
+//! against the most that each kind can say of them with hindsight. It says of the first part its marginal likelihood (by Schwarz's approximation:
+//! the likeliest point less half a logarithm of the samples for each free number), and of the rest, given the first, the likelihood at the point
+//! that was fitted to the first. Where the truth is one of the kinds, it leaves the set with a probability of ALPHA at most, in recordings of any
+//! length (Wasserman, Ramdas & Balakrishnan 2020, "Universal inference", section 8: any density that is chosen beforehand may stand above the
+//! maximum). It assumes that the noise is of the model's kind, that the kinds are all there are, and that the fits reach the maximum; innovations
+//! that are correlated still count by their independent share.
 
 use rayon::prelude::*;
 
@@ -14,21 +16,20 @@ use super::decide::{Decision, Scored, decide, independent_share, left_of};
 use super::options::Options;
 use super::rivals::Field;
 
-/// Steps of a fit to what was not fitted.
+/// Steps of a fit to everything.
 const STEPS: usize = 12;
-/// How many times as far as the loop file says numbers may be from it there: a rival is held to its best, not to its likeliest.
+/// How many times as far as the loop file says numbers may be from it: a rival is held to its best, not to its likeliest.
 const FREER: f64 = 10.0;
 
-/// Judges a field: what is left is what the unseen samples don't speak against.
+/// Judges a field: what is left is what the recordings don't speak against.
 pub fn decide_surely(field: &Field, data: &Data, options: &Options, alpha: f64) -> Decision {
     let scored = decide(field, options, f64::NEG_INFINITY).scored;
     let nothing = || Decision { scored: scored.clone(), ..Decision::default() };
     let Some(best) = field.rivals.first() else { return nothing() };
-    let unseen = data.beyond();
-    let Some(held) = held_to(&best.fit, &unseen) else { return nothing() };
     let share = independent_share(&best.fit);
-    let most = -libm::log(alpha);
-    let is_left = |fit: &Fit| best_of(fit, &unseen).is_none_or(|own| share * (held - own) < most);
+    let Some(foretold) = foretold(&best.fit, data, share) else { return nothing() };
+    let (whole, most) = (data.whole(), -libm::log(alpha));
+    let is_left = |fit: &Fit| with_hindsight(fit, &whole).is_none_or(|own| share * (foretold - own) < most);
     let left: Vec<&'static Kind> =
         field.rivals.par_iter().filter(|rival| is_left(&rival.fit)).map(|rival| rival.kind).collect();
     if is_left(&field.base) {
@@ -39,22 +40,26 @@ pub fn decide_surely(field: &Field, data: &Data, options: &Options, alpha: f64) 
     left_of(scored, &near)
 }
 
-/// Log-likelihood of what was not fitted under a fit as it is, its noise's size among it; up to a constant that all fits share.
-fn held_to(fit: &Fit, unseen: &Data) -> Option<f64> {
-    let there = Fit::at(&fit.hypothesis, &fit.point, unseen)?;
+/// What a fit says of the samples before it has seen them; up to a constant that all fits share.
+fn foretold(fit: &Fit, data: &Data, share: f64) -> Option<f64> {
+    // The noise's size is a number as well.
+    let numbers = fit.hypothesis.free.len() as f64 + 1.0;
+    let cost = 0.5 * numbers * libm::log((share * fit.rows.count as f64).max(2.0)) / share;
+    let there = Fit::at(&fit.hypothesis, &fit.point, &data.beyond())?;
     let n = there.rows.count as f64;
     let ratio = there.rows.sensor_sd / fit.rows.sensor_sd;
-    Some(likelihood(&there) - 0.5 * n * (ratio * ratio - 1.0 - 2.0 * libm::log(ratio)))
+    let rest = likelihood(&there) - 0.5 * n * (ratio * ratio - 1.0 - 2.0 * libm::log(ratio));
+    Some(likelihood(fit) - cost + rest)
 }
 
-/// The same where the fit's numbers are fitted to it.
-fn best_of(fit: &Fit, unseen: &Data) -> Option<f64> {
+/// The most that a kind can say of them once it has.
+fn with_hindsight(fit: &Fit, whole: &Data) -> Option<f64> {
     let mut hypothesis = fit.hypothesis.clone();
     for free in &mut hypothesis.free {
         free.prior = free.prior.map(|deviation| FREER * deviation);
     }
-    let mut there = Fit::at(&hypothesis, &fit.point, unseen)?;
-    there.descend(unseen, STEPS, &[]);
+    let mut there = Fit::at(&hypothesis, &fit.point, whole)?;
+    there.descend(whole, STEPS, &[]);
     Some(likelihood(&there))
 }
 

@@ -28,11 +28,12 @@ mod search;
 mod simulates;
 mod starts;
 mod units;
+mod unseen;
 
 use crate::control_loop::Loop;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
-use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
+use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Fits, Named, Refitted, Rejected, Verdict, cycle};
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Target};
@@ -50,7 +51,8 @@ use options::Options;
 use plants::{Candidate, Identified};
 use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
-use simulates::{Trial, quiet_run};
+use simulates::Trial;
+use unseen::{Unseen, fit_pct, noise_floor};
 
 /// What the likelihood says.
 pub enum Judged {
@@ -117,11 +119,20 @@ fn concluded(
     let is_noise = result.is_noise && !is_coarse;
     stage::begins("intervals and proof", 0);
     let (predicted, fit) = (result.predicted, result.best.clone().unwrap_or_else(|| result.base.clone()));
-    let conclusion =
-        Conclusion { stated: nominal, law, parts: &parts, result, data: &found.data, is_guessed, options };
-    let concluded = conclusion.diagnosis();
     let (train, unseen) = parts.shown();
-    let shown = unseen.as_ref().unwrap_or(&train);
+    let conclusion = Conclusion {
+        stated: nominal,
+        law,
+        train: &train,
+        unseen: unseen.as_ref(),
+        not_used: parts.not_used,
+        result,
+        data: &found.data,
+        is_guessed,
+        options,
+    };
+    let concluded = conclusion.diagnosis();
+    let shown = unseen.as_ref().map_or(&train, Unseen::first);
     let has_healthy = !healthy.is_empty();
     let (recordings, fitted) = (&parts.recordings, &parts.fitted);
     let trial =
@@ -182,20 +193,14 @@ impl Parts {
         (!recordings.is_empty()).then_some(parts)
     }
 
-    /// What fits are shown on: the recording that numbers were fitted on, and the one that proves.
-    fn shown(&self) -> (Signals, Option<Signals>) {
-        let first = &self.recordings[0];
-        match self.recordings.last().filter(|_| self.has_holdout) {
-            Some(holdout) => (first.clone(), Some(holdout.clone())),
-            None => {
-                let cut = self.fitted.first().copied().unwrap_or(0);
-                let unseen = first.part(cut, first.len());
-                (
-                    first.part(0, cut),
-                    (unseen.len() > crate::estimate::signals::LEAST_SAMPLES).then_some(unseen),
-                )
-            }
-        }
+    /// What fits are shown on: what numbers were fitted to, of the first recording, and what proves.
+    fn shown(&self) -> (Signals, Option<Unseen>) {
+        let (first, fitted) = (&self.recordings[0], self.fitted[0]);
+        let unseen = match self.recordings.last().filter(|_| self.has_holdout) {
+            Some(holdout) => Unseen::of(std::iter::once((holdout, 0))),
+            None => Unseen::of(self.recordings.iter().zip(self.fitted.iter().copied())),
+        };
+        (first.part(0, fitted), unseen)
     }
 }
 
@@ -208,7 +213,9 @@ fn hypothesis(model: &Loop, recordings: &[Signals], options: &Options) -> Hypoth
 struct Conclusion<'a> {
     stated: &'a Loop,
     law: Law,
-    parts: &'a Parts,
+    train: &'a Signals,
+    unseen: Option<&'a Unseen>,
+    not_used: usize,
     result: Found,
     data: &'a Data,
     is_guessed: bool,
@@ -253,8 +260,8 @@ impl Diagnosis {
 
 impl Conclusion<'_> {
     fn diagnosis(self) -> Diagnosis {
-        let (train, unseen) = self.parts.shown();
-        let held = unseen.as_ref().unwrap_or(&train);
+        let train = self.train;
+        let held = self.unseen.map_or(train, Unseen::first);
         let model_of = |fit: &Fit| {
             fit.hypothesis
                 .realise(&fit.point)
@@ -272,7 +279,7 @@ impl Conclusion<'_> {
         let (nominal, refitted) = (as_stated(nominal), as_stated(model_of(base)));
         let mut improved = model_of(best);
         improved.sensor.noise = best.rows.sensor_sd;
-        let mut physics = self.law_terms(&train);
+        let mut physics = self.law_terms(train);
         physics.extend(self.result.quantum.iter().map(|term| Named {
             term: term.clone(),
             half_widths: term.parameters.iter().map(|step| STEP_WIDTH * step).collect(),
@@ -283,12 +290,13 @@ impl Conclusion<'_> {
         }));
         improved.physics.extend(self.result.quantum.clone());
         physics.extend(self.named(best));
-        let fits = |signals: &Signals| Fits {
-            nominal: fit_pct(&nominal, signals),
-            before: fit_pct(&refitted, signals),
-            after: fit_pct(&improved, signals),
+        let fits = |fit: &dyn Fn(&Loop) -> Option<FitPct>| Fits {
+            nominal: fit(&nominal),
+            before: fit(&refitted),
+            after: fit(&improved),
         };
-        let (train_fits, holdout_fits) = (fits(&train), unseen.as_ref().map(fits).unwrap_or_default());
+        let train_fits = fits(&|model| fit_pct(model, train));
+        let holdout_fits = self.unseen.map(|unseen| fits(&|model| unseen.fit(model))).unwrap_or_default();
         let parameters = self.parameters(best);
         let other_numbers = !self.law.numbers.is_empty()
             || (!self.is_guessed && self.numbers_are_other(base, &train_fits, &holdout_fits));
@@ -306,19 +314,14 @@ impl Conclusion<'_> {
         let samples = train.len();
         let dependence = missing_drive.as_ref().filter(|_| mismatch).map(|missing| {
             let value = missing.value.get(..samples.min(missing.value.len())).unwrap_or(&[]).to_vec();
-            old_locate::depends_on(&nominal, &MissingDrive { value, deviation: 0.0 }, &train)
+            old_locate::depends_on(&nominal, &MissingDrive { value, deviation: 0.0 }, train)
         });
         Diagnosis {
             verdict,
             place,
-            spans: self
-                .result
-                .best
-                .as_ref()
-                .map(|best| locate::spans(base, best, &train))
-                .unwrap_or_default(),
+            spans: self.result.best.as_ref().map(|best| locate::spans(base, best, train)).unwrap_or_default(),
             depends_on: dependence.unwrap_or_default(),
-            not_used: self.parts.not_used,
+            not_used: self.not_used,
             candidates: if verdict == Verdict::MissingPhysics { Vec::new() } else { self.result.set.clone() },
             rivals: self.result.rivals.clone(),
             parameters,
@@ -326,16 +329,9 @@ impl Conclusion<'_> {
             untestable,
             train: train_fits,
             holdout: holdout_fits,
-            improvement: unseen.as_ref().and_then(|unseen| {
-                improvement(
-                    &quiet_run(&refitted, unseen)?,
-                    &quiet_run(&improved, unseen)?,
-                    self.stated,
-                    unseen,
-                )
-            }),
+            improvement: self.unseen.and_then(|unseen| unseen.improvement(&refitted, &improved)),
             cycle_s: cycle::period(held).map(|samples| samples as f64 * held.sample_time_s),
-            noise_floor: noise_floor(&improved, best.rows.sensor_sd, held),
+            noise_floor: noise_floor(&improved, best.rows.sensor_sd, self.unseen, train),
             physics,
             nominal,
             refitted,
@@ -504,19 +500,4 @@ fn as_file(model: &Loop, constant_load: f64) -> Loop {
         model.physics.push(load);
     }
     model
-}
-
-/// Fit of the closed loop on a recording.
-fn fit_pct(model: &Loop, signals: &Signals) -> Option<FitPct> {
-    Some(fit_of(model, &quiet_run(model, signals)?, signals))
-}
-
-/// How well the improved model fits itself under the sensor noise that was found.
-fn noise_floor(improved: &Loop, sensor_sd: f64, signals: &Signals) -> Option<FitPct> {
-    let quiet = quiet_run(improved, signals)?;
-    let mut noisy = improved.clone();
-    noisy.sensor.noise = sensor_sd;
-    let trace = run(&noisy, signals, 1)?;
-    let measured = Signals { y: trace.y, u: trace.u, ..signals.clone() };
-    Some(fit_of(improved, &quiet, &measured))
 }

@@ -67,7 +67,7 @@ fn less_trusting(fit: &Fit, least: f64, data: &Data) -> Option<Fit> {
 
 /// Both filters run on from the samples that they have seen.
 fn run_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
-    let whole = data.seeing(data.recordings.iter().map(Signals::len).collect());
+    let whole = data.whole();
     let longest = data.recordings.iter().map(Signals::len).max()?;
     let of = |fit: &Fit| -> Option<Vec<f64>> {
         let seen = fit.rows.sensor_sd / fit.hypothesis.scales.noise;

@@ -23,6 +23,9 @@ const LEAST: f64 = 3.0;
 const SHORT: usize = 3;
 const LONG: usize = 12;
 const AGAIN: usize = 5;
+const POLISH: usize = 30;
+/// Part of the best one's gain from which on a kind's fit is polished.
+const NEAR: f64 = 0.8;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
 const WORTH: f64 = 0.15;
 const CLOSE: f64 = 60.0;
@@ -374,12 +377,34 @@ impl Field {
             }
         });
         self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+        self.polish(data);
     }
 
-    /// Log-likelihood that a rival gains over the base.
-    pub fn gain(&self, rival: &Rival) -> f64 {
-        0.5 * (self.base.objective() - rival.fit.objective())
+    /// The likeliest, each to where no step gains any more: what decides between them is their distance.
+    fn polish(&mut self, data: &Data) {
+        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
+        let near: Vec<bool> = self.rivals.iter().map(|rival| self.gain(rival) > NEAR * top).collect();
+        let near = self.rivals.par_iter_mut().zip(near).filter(|(rival, near)| rival.ended && *near);
+        near.for_each(|(rival, _)| {
+            let fixed = stuck(&rival.fit.hypothesis);
+            rival.fit.descend(data, POLISH, &fixed);
+        });
+        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
     }
+
+    /// Log-likelihood that a rival gains over the base. That a load which stays is unlikely speaks for none of them: what takes its place is no
+    /// likelier.
+    pub fn gain(&self, rival: &Rival) -> f64 {
+        let relief = constant_load_row(&self.base) - constant_load_row(&rival.fit);
+        0.5 * (self.base.objective() - rival.fit.objective() - relief.max(0.0))
+    }
+}
+
+/// What the prior of the load that stays adds to a fit's objective.
+fn constant_load_row(fit: &Fit) -> f64 {
+    let hypothesis = &fit.hypothesis;
+    let row = hypothesis.place(Target::ConstantLoad).and_then(|i| hypothesis.prior_rows(&fit.point).nth(i));
+    row.map_or(0.0, |row| row * row)
 }
 
 /// A fit's point with the plant's, the load's and the noise's numbers of another.

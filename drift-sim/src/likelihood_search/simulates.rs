@@ -107,7 +107,7 @@ impl Trial<'_> {
         let phi = noise.load_phi(signals.sample_time_s);
         let load = sequence(signals.len(), noise.load_ratio * sensor_sd, phi, &mut random);
         let sensor = sequence(signals.len(), sensor_sd, noise.sensor_rho, &mut random);
-        let mut noisy = Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() };
+        let mut noisy = without_noise(model);
         let mut inputs = signals.inputs.clone();
         for (values, enters) in [(load, Enters::Load), (grown(sensor, noise, signals), Enters::Sensor)] {
             noisy.inputs.push(Input { column: String::new(), enters, gain: 1.0 });
@@ -176,5 +176,10 @@ fn is_noise(named: &Named) -> bool {
 
 /// A run of the closed loop without the sensor's noise: another draw of it is no better prediction.
 pub fn quiet_run(model: &Loop, signals: &Signals) -> Option<Trace> {
-    run(&Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }, signals, 0)
+    run(&without_noise(model), signals, 0)
+}
+
+/// The loop with a sensor that has no noise.
+pub fn without_noise(model: &Loop) -> Loop {
+    Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }
 }

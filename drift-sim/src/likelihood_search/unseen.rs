@@ -1,0 +1,108 @@
+//! What nothing was fitted to, and how a loop runs over it: the hold-out; or the end of the recording, to which a closed loop runs from the
+//! recording's beginning, for nobody knows the place in a gap or the force at rest in its middle. An open one begins there anew: what it
+//! would gather on the way is not what is asked.
+
+use crate::control_loop::Loop;
+use crate::controller::Controller;
+use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
+use crate::estimate::signals::{LEAST_SAMPLES, Signals, held};
+use crate::simulate::Trace;
+
+use super::simulates::{quiet_run, without_noise};
+
+/// The end of a recording that nothing was fitted to.
+struct End {
+    whole: Signals,
+    /// How many samples of it come before.
+    before: usize,
+    signals: Signals,
+}
+
+/// What nothing was fitted to of each recording.
+pub struct Unseen {
+    ends: Vec<End>,
+}
+
+impl Unseen {
+    /// Of recordings, each from a sample on; `None` where too little is left.
+    pub fn of<'a>(recordings: impl Iterator<Item = (&'a Signals, usize)>) -> Option<Self> {
+        let end = |(whole, before): (&Signals, usize)| {
+            let signals = whole.part(before, whole.len());
+            let is_enough = before == 0 || signals.len() > LEAST_SAMPLES;
+            is_enough.then(|| End { whole: whole.clone(), before, signals })
+        };
+        let ends: Vec<End> = recordings.filter_map(end).collect();
+        (!ends.is_empty()).then_some(Self { ends })
+    }
+
+    /// The samples of the first recording.
+    pub fn first(&self) -> &Signals {
+        &self.ends[0].signals
+    }
+
+    /// The recordings one after the other, each less its own means, as measured and as a loop runs over them.
+    fn measured_and_run(&self, model: &Loop, seed: u64) -> Option<(Signals, Trace)> {
+        let (mut measured, mut simulated) = (Signals::default(), Trace::default());
+        for end in &self.ends {
+            let run = end.run(model, seed)?;
+            for (all, of, signals) in [
+                (&mut measured.y, &end.signals.y, &end.signals.y),
+                (&mut measured.u, &end.signals.u, &end.signals.u),
+                (&mut simulated.y, &run.y, &end.signals.y),
+                (&mut simulated.u, &run.u, &end.signals.u),
+            ] {
+                let known = held(signals);
+                let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+                all.extend(of.iter().map(|x| x - mean));
+            }
+        }
+        Some((measured, simulated))
+    }
+
+    /// How well a loop fits them.
+    pub fn fit(&self, model: &Loop) -> Option<FitPct> {
+        let (measured, run) = self.measured_and_run(&without_noise(model), 0)?;
+        Some(fit_of(model, &run, &measured))
+    }
+
+    /// 95 % interval of what one loop fits them better than another, in percentage points.
+    pub fn improvement(&self, before: &Loop, after: &Loop) -> Option<[f64; 2]> {
+        let (measured, worse) = self.measured_and_run(&without_noise(before), 0)?;
+        let (_, better) = self.measured_and_run(&without_noise(after), 0)?;
+        improvement(&worse, &better, after, &measured)
+    }
+}
+
+impl End {
+    /// A run over it, of the loop as it is.
+    fn run(&self, model: &Loop, seed: u64) -> Option<Trace> {
+        if model.controller == Controller::Recorded {
+            return run(model, &self.signals, seed);
+        }
+        let mut trace = run(model, &self.whole, seed)?;
+        for values in [&mut trace.y, &mut trace.u, &mut trace.true_y] {
+            values.drain(..self.before.min(values.len()));
+        }
+        Some(trace)
+    }
+}
+
+/// How well a loop fits a recording that it was fitted to.
+pub fn fit_pct(model: &Loop, signals: &Signals) -> Option<FitPct> {
+    Some(fit_of(model, &quiet_run(model, signals)?, signals))
+}
+
+/// How well a loop fits itself under its sensor's noise.
+pub fn noise_floor(model: &Loop, sensor_sd: f64, unseen: Option<&Unseen>, train: &Signals) -> Option<FitPct> {
+    let mut noisy = model.clone();
+    noisy.sensor.noise = sensor_sd;
+    let (noisy, quiet) = match unseen {
+        Some(unseen) => {
+            let quiet = unseen.measured_and_run(&without_noise(model), 0)?.1;
+            (unseen.measured_and_run(&noisy, 1)?.1, quiet)
+        }
+        None => (run(&noisy, train, 1)?, quiet_run(model, train)?),
+    };
+    let measured = Signals { y: noisy.y, u: noisy.u, ..Signals::default() };
+    Some(fit_of(model, &quiet, &measured))
+}

@@ -13,8 +13,6 @@ const ONSET_COSTS: f64 = 2.0;
 /// Lags over which the innovations' correlation is summed, and the standard errors below which one of them is chance.
 const LAGS: usize = 30;
 const CHANCE: f64 = 3.0;
-/// Part of y's motion below which nothing is missing, however sure it is: no simulation is exact to that.
-const LEAST_EFFECT: f64 = 1e-4;
 
 /// A kind with what speaks for it.
 #[derive(Debug, Clone, Copy)]
@@ -59,8 +57,7 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
         })
         .collect();
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let is_found =
-        |best: &Scored| best.score > options.least_gain.max(least) && effect(field, best.gain) > LEAST_EFFECT;
+    let is_found = |best: &Scored| best.score > options.least_gain.max(least);
     let Some(best) = scored.first().copied().filter(is_found) else {
         return Decision { scored, ..Decision::default() };
     };
@@ -94,13 +91,6 @@ pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
         (named.place, tied)
     });
     Decision { scored, set, named }
-}
-
-/// How far a kind of this gain moves what is foretold of y, at least, as part of y's own motion.
-fn effect(field: &Field, gain: f64) -> f64 {
-    let rows = &field.base.rows;
-    let of_noise = libm::sqrt(2.0 * gain.max(0.0) / rows.count.max(1) as f64);
-    rows.sensor_sd * of_noise / field.base.hypothesis.scales.y
 }
 
 /// What the numbers of a fit's candidate cost.

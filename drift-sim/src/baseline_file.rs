@@ -6,6 +6,7 @@
 //! fewest digits that give the same bits back.
 
 mod c_initialiser;
+mod document;
 mod point_columns;
 mod rust_const;
 mod toml_text;
@@ -15,8 +16,7 @@ use std::io::Read;
 use std::path::Path;
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Config, Decision, Detectors, Everything, Full, FullAt, Index,
-    Memory, Monitor, OperatingPoint, Plan, Saturation,
+    Blanking, Channel, ChannelKind, Config, Decision, Everything, Full, FullAt, Monitor, Plan, Saturation,
 };
 use serde::{Deserialize, Serialize};
 
@@ -177,44 +177,6 @@ pub struct Statistics {
     pub skewness: f64,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Document {
-    schema: toml::Spanned<String>,
-    timing: Timing,
-    samples: Samples,
-    decision: Decision,
-    promise: Option<toml::Spanned<Promise>>,
-    operating_point: Option<toml::Spanned<PointColumns>>,
-    calibration: toml::Spanned<Provenance>,
-    #[serde(rename = "channel")]
-    channels: toml::Spanned<Vec<toml::Spanned<ChannelTable>>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ChannelTable {
-    kind: Kind,
-    index: Option<Index>,
-    baseline: Option<Baseline>,
-    #[serde(default)]
-    memory: Memory,
-    #[serde(default)]
-    operating_point: OperatingPoint,
-    #[serde(default)]
-    detectors: Detectors,
-    statistics: Option<Statistics>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Kind {
-    EnergyError,
-    Effort,
-    MotionEffort,
-    Activity,
-}
-
 impl BaselineFile {
     /// Reads and checks a file.
     ///
@@ -236,7 +198,7 @@ impl BaselineFile {
     /// # Errors
     /// Not TOML, an unknown or missing key, another schema, an impossible value: with the line.
     pub fn parse(text: &str, name: impl AsRef<Path>) -> Result<Self> {
-        parse(text).map_err(|e| e.in_file(name))
+        document::parse(text).map_err(|e| e.in_file(name))
     }
 
     /// The file's text; [`BaselineFile::parse`] gives the same content back, bit for bit.
@@ -277,232 +239,10 @@ impl BaselineFile {
     }
 }
 
-fn parse(text: &str) -> Result<BaselineFile> {
-    check_schema(text)?;
-    let document: Document = toml::from_str(text).map_err(|e| {
-        let error = Error::new(e.message().trim());
-        match e.span() {
-            Some(span) => error.at_line(line_at(text, span.start)),
-            None => error,
-        }
-    })?;
-    if document.schema.get_ref() != SCHEMA {
-        return Err(
-            other_schema(document.schema.get_ref()).at_line(line_at(text, document.schema.span().start))
-        );
-    }
-    let in_table = |span: &std::ops::Range<usize>, problem: Problem| {
-        Error::new(problem.what).allowed(problem.allowed).at_line(line_of_key(text, span.start, problem.key))
-    };
-    if let Some(promise) = &document.promise {
-        check_promise(promise.get_ref()).map_err(|p| in_table(&promise.span(), p))?;
-    }
-    check_provenance(document.calibration.get_ref())
-        .map_err(|p| in_table(&document.calibration.span(), p))?;
-    let channels = read_channels(text, &document)?;
-    check_point(text, &document, &channels)?;
-    let file = BaselineFile {
-        timing: document.timing,
-        samples: document.samples,
-        decision: document.decision,
-        promise: document.promise.map(toml::Spanned::into_inner),
-        operating_point: document.operating_point.map(toml::Spanned::into_inner),
-        calibration: document.calibration.into_inner(),
-        channels,
-    };
-    // What is wrong without any channel is wrong in the first tables.
-    HostPlan::new(file.config_of([])).map_err(|e| {
-        let message = e.to_string();
-        let line = KEYS.iter().find(|k| message.contains(*k)).map(|k| line_of_key(text, 0, k));
-        let error = Error::new(message);
-        line.map_or(error.clone(), |line| error.at_line(line))
-    })?;
-    for (entry, table) in file.channels.iter().zip(document.channels.get_ref()) {
-        HostPlan::new(file.config_of([entry.channel])).map_err(|e| {
-            let message = e.to_string();
-            let key = PARTS.into_iter().find(|key| message.contains(key)).unwrap_or("baseline");
-            let line = line_of_key(text, table.span().start, key);
-            Error::new(format!("channel {}: {message}", entry.channel.kind.name()))
-                .allowed("finite numbers, sigma >= 0, x_min <= x_max, thresholds beyond 0 on their side")
-                .at_line(line)
-        })?;
-    }
-    Ok(file)
-}
-
 /// More than any baseline; a recording given by mistake is refused before it is parsed.
 const LARGEST_BYTES: u64 = 1_000_000;
-
-/// A channel's tables that its errors name.
-const PARTS: [&str; 3] = ["detectors", "memory", "operating_point"];
-
-/// The keys that the configuration's own errors name.
-const KEYS: [&str; 8] = [
-    "sample_time_s",
-    "block_ticks",
-    "window_blocks",
-    "hop_blocks",
-    "min_valid",
-    "saturation",
-    "blanking",
-    "decision",
-];
-
-struct Problem {
-    key: &'static str,
-    what: String,
-    allowed: &'static str,
-}
-
-/// A file of another version may have other keys: say so before anything else.
-fn check_schema(text: &str) -> Result<()> {
-    #[derive(Deserialize)]
-    struct Head {
-        schema: toml::Spanned<String>,
-    }
-    match toml::from_str::<Head>(text) {
-        Ok(head) if head.schema.get_ref() != SCHEMA => {
-            Err(other_schema(head.schema.get_ref()).at_line(line_at(text, head.schema.span().start)))
-        }
-        // Anything else that is wrong is named by the whole document's reader.
-        _ => Ok(()),
-    }
-}
-
-fn other_schema(found: &str) -> Error {
-    Error::new(format!("schema is '{found}'")).allowed(format!("'{SCHEMA}'"))
-}
-
-fn check_promise(promise: &Promise) -> std::result::Result<(), Problem> {
-    let positive = |x: f64| x > 0.0 && x.is_finite();
-    for (key, value) in
-        [("false_alarm_every_h", promise.false_alarm_every_h), ("decisions", promise.decisions)]
-    {
-        if !positive(value) {
-            return Err(Problem {
-                key,
-                what: format!("{key} is {value}"),
-                allowed: "a finite number above 0",
-            });
-        }
-    }
-    let confidence = promise.confidence;
-    if !(confidence > 0.0 && confidence < 1.0) {
-        let what = format!("confidence is {confidence}");
-        return Err(Problem { key: "confidence", what, allowed: "between 0 and 1" });
-    }
-    Ok(())
-}
-
-/// A weight needs the columns that it is for.
-fn check_point(text: &str, document: &Document, channels: &[ChannelEntry]) -> Result<()> {
-    match &document.operating_point {
-        Some(point) => point.get_ref().check().map_err(|e| e.at_line(line_at(text, point.span().start))),
-        None if channels.iter().any(|entry| entry.channel.operating_point.counts()) => {
-            Err(Error::new("a channel depends on an operating_point, but the file names no columns for it")
-                .allowed("[operating_point] with columns and scales"))
-        }
-        None => Ok(()),
-    }
-}
-
-fn check_provenance(of: &Provenance) -> std::result::Result<(), Problem> {
-    if of.effective_windows >= 0.0 && of.effective_windows.is_finite() {
-        return Ok(());
-    }
-    let what = format!("effective_windows is {}", of.effective_windows);
-    Err(Problem { key: "effective_windows", what, allowed: "a finite number, 0 or more" })
-}
-
-fn read_channels(text: &str, document: &Document) -> Result<[ChannelEntry; 3]> {
-    const ALLOWED: &str = "three [[channel]]: energy_error, then effort or motion_effort, then activity";
-    let tables = document.channels.get_ref();
-    let entries = tables.iter().map(|table| read_channel(text, table)).collect::<Result<Vec<_>>>()?;
-    let entries: [ChannelEntry; 3] = entries.try_into().map_err(|_| {
-        let line = line_at(text, document.channels.span().start);
-        Error::new(format!("{} channels", tables.len())).allowed(ALLOWED).at_line(line)
-    })?;
-    for ((position, entry), table) in entries.iter().enumerate().zip(tables) {
-        let fits = matches!(
-            (position, entry.channel.kind),
-            (0, ChannelKind::EnergyError(_))
-                | (1, ChannelKind::Effort | ChannelKind::MotionEffort)
-                | (2, ChannelKind::Activity)
-        );
-        if !fits {
-            let what = format!("channel {} is {}", position + 1, entry.channel.kind.name());
-            let line = line_of_key(text, table.span().start, "kind");
-            return Err(Error::new(what).allowed(ALLOWED).at_line(line));
-        }
-    }
-    Ok(entries)
-}
-
-fn read_channel(text: &str, table: &toml::Spanned<ChannelTable>) -> Result<ChannelEntry> {
-    let start = table.span().start;
-    let table = table.get_ref();
-    let kind = match (table.kind, table.index) {
-        (Kind::EnergyError, Some(index)) => ChannelKind::EnergyError(index),
-        (Kind::EnergyError, None) => {
-            return Err(Error::new("channel energy_error has no index")
-                .allowed("index = \"iae\", \"ise\", \"itae\" or \"itse\"")
-                .at_line(line_of_key(text, start, "kind")));
-        }
-        (_, Some(_)) => {
-            return Err(Error::new("an index goes with kind = \"energy_error\" only")
-                .at_line(line_of_key(text, start, "index")));
-        }
-        (Kind::Effort, None) => ChannelKind::Effort,
-        (Kind::MotionEffort, None) => ChannelKind::MotionEffort,
-        (Kind::Activity, None) => ChannelKind::Activity,
-    };
-    if let Some(s) = &table.statistics {
-        let numbers = [s.n_effective, s.r2, s.adj_r2, s.rmse, s.lag1, s.skewness];
-        if !numbers.iter().chain(&s.b0_ci95).chain(&s.b1_ci95).all(|x| x.is_finite()) {
-            return Err(Error::new("statistics hold a number that is not finite")
-                .at_line(line_of_key(text, start, "n")));
-        }
-    }
-    let baseline = table.baseline.unwrap_or(Baseline::UNLEARNED);
-    let channel = Channel {
-        memory: table.memory,
-        operating_point: table.operating_point,
-        ..Channel::new(kind, baseline, table.detectors)
-    };
-    Ok(ChannelEntry { channel, statistics: table.statistics })
-}
-
-/// Line (from 1) of a byte.
-fn line_at(text: &str, byte: usize) -> u64 {
-    1 + text.bytes().take(byte).filter(|&b| b == b'\n').count() as u64
-}
-
-/// Line of the first `key` (or of its table) from a byte on; that byte's own line if there is none.
-fn line_of_key(text: &str, from: usize, key: &str) -> u64 {
-    let first = line_at(text, from);
-    let names_it = |line: &str| {
-        let name = line.trim_start().trim_start_matches(['[']);
-        let name = name.strip_prefix("channel.").unwrap_or(name);
-        name.strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(['=', ']']))
-    };
-    let offset = text.lines().skip(first.saturating_sub(1) as usize).position(names_it);
-    first + offset.unwrap_or(0) as u64
-}
 
 /// The number that the shortest digits of an `f32` name: 0.001 rather than 0.0010000000474974513.
 pub(crate) fn shortest(x: f32) -> f64 {
     format!("{x:?}").parse().unwrap_or(f64::from(x))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_key_is_found_in_its_own_table() {
-        let text = "a = 1\n[x]\nn = 2\n[[channel]]\nkind = 1\n  [channel.baseline]\n";
-        assert_eq!(line_of_key(text, 0, "n"), 3);
-        assert_eq!(line_of_key(text, 12, "baseline"), 6);
-        assert_eq!(line_of_key(text, 12, "absent"), 3);
-    }
 }

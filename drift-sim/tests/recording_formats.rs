@@ -63,6 +63,18 @@ const FILES: &[(&str, &str)] = &[
     ("simulink.mat", "t=out.time,r=out.signals(1).values,y=out.signals(2).values,u=out.signals(3).values"),
     ("simulink.mat", "t=m(:,1),r=m(:,2),y=m(:,3),u=m(:,4)"),
     ("vectors_v4.mat", "t=t"),
+    ("tables_v7.mat", "t=T.time,r=T.SP,y=T.PV,u=T.OP"),
+    ("tables_v7.mat", "t=timed.Time,r=timed.SP,y=timed.PV,u=timed.OP"),
+    ("tables_v7.mat", "t=dated.Time,r=dated.SP,y=dated.PV,u=dated.OP"),
+    ("tables_v7.mat", "t=rate.Time,r=rate.SP,y=rate.PV,u=rate.OP"),
+    #[cfg(feature = "matlab73")]
+    ("tables_v73.mat", "t=T.time,r=T.SP,y=T.PV,u=T.OP"),
+    #[cfg(feature = "matlab73")]
+    ("tables_v73.mat", "t=timed.Time,r=timed.SP,y=timed.PV,u=timed.OP"),
+    #[cfg(feature = "matlab73")]
+    ("tables_v73.mat", "t=dated.Time,r=dated.SP,y=dated.PV,u=dated.OP"),
+    #[cfg(feature = "matlab73")]
+    ("tables_v73.mat", "t=rate.Time,r=rate.SP,y=rate.PV,u=rate.OP"),
     #[cfg(feature = "matlab73")]
     ("vectors_v73.mat", "t=log.time,r=log.SP,y=log.PV,u=log.OP"),
     #[cfg(feature = "matlab73")]
@@ -128,29 +140,76 @@ fn what_a_matlab_file_lacks_is_said_in_one_line() {
     );
 }
 
-/// A table is an object of MATLAB's own (class 17), whose layout is not published: it is named, with the line that makes a
-/// struct of it.
+/// Dates, a first time and a step, categories and strings of tables.
 #[test]
-fn a_table_of_matlab_is_named() {
+fn tables_of_matlab_hold_times_and_words() {
+    let files = [("tables_v7.mat", true), ("tables_v73.mat", cfg!(feature = "matlab73"))];
+    for (name, _) in files.into_iter().filter(|(_, is_read)| *is_read) {
+        let dated = read(file(name), &with_columns("t=dated.Time,r=dated.SP,y=dated.PV,u=dated.OP")).unwrap();
+        assert_eq!(dated.zero_s, Some(1_714_564_800.0));
+        assert!(dated.quality.notes.contains(&"t counts from 2024-05-01T12:00:00".to_owned()), "{name}");
+        let step = read(file(name), &with_columns("t=step.Time,r=step.SP,y=step.PV,u=step.OP")).unwrap();
+        assert_eq!((step.start_s, step.sample_time_s, step.len()), (0.5, 0.1, 120));
+        for column in ["T.mode", "T.state"] {
+            let options = ReadOptions {
+                when: vec![format!("{column}=AUTO").parse().unwrap()],
+                ..with_columns("t=T.time,r=T.SP,y=T.PV,u=T.OP")
+            };
+            assert_eq!(read(file(name), &options).unwrap().quality.manual, 10, "{name} {column}");
+        }
+    }
+}
+
+/// An object without what it refers to, or in a layout that isn't known, is named with the line that exports it.
+#[test]
+fn objects_of_matlab_that_cannot_be_read_are_named() {
     let element = |kind: u32, data: &[u8]| {
         let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
         bytes.extend(data);
         bytes.resize(bytes.len().next_multiple_of(8), 0);
         bytes
     };
-    let mut bytes = vec![b' '; 124];
-    bytes.extend(b"\x00\x01IM");
-    let inside = [
-        element(6, &[17, 0, 0, 0, 0, 0, 0, 0]),
-        element(1, b"T"),
-        element(1, b"MCOS"),
-        element(1, b"timetable"),
-    ];
-    bytes.extend(element(14, &inside.concat()));
+    let object = |name: &str, class: &str| {
+        let inside = [
+            element(6, &[17, 0, 0, 0, 0, 0, 0, 0]),
+            element(1, name.as_bytes()),
+            element(1, b"MCOS"),
+            element(1, class.as_bytes()),
+        ];
+        element(14, &inside.concat())
+    };
+    let header = [&[b' '; 124], b"\x00\x01IM".as_slice()].concat();
+    for (class, exported) in [
+        ("table", "writetable(T, 'file.csv')"),
+        ("timetable", "writetimetable(T, 'file.csv')"),
+        ("timeseries", "t = T.Time; y = T.Data; save('file.mat', 't', 'y')"),
+    ] {
+        assert_eq!(
+            read([header.clone(), object("T", class)].concat(), &ReadOptions::default())
+                .unwrap_err()
+                .to_string(),
+            format!("x: 'T' is a {class} that can't be read here; in MATLAB: {exported}")
+        );
+    }
+    // Beside columns that are read it is told.
+    let [r, y, u] = formulas();
+    let vector = |name: &str, values: &[f64]| {
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let inside = [
+            element(6, &[6, 0, 0, 0, 0, 0, 0, 0]),
+            element(5, &[(values.len() as u32).to_le_bytes(), 1_u32.to_le_bytes()].concat()),
+            element(1, name.as_bytes()),
+            element(9, &bytes),
+        ];
+        element(14, &inside.concat())
+    };
+    let all = [header, vector("r", &r), object("T", "timetable"), vector("y", &y), vector("u", &u)].concat();
+    let options = ReadOptions { sample_time_s: Some(0.1), ..with_columns("t=,r=r,y=y,u=u") };
+    let recording = read(all, &options).unwrap();
+    assert_eq!(recording.y, y);
     assert_eq!(
-        read(bytes, &ReadOptions::default()).unwrap_err().to_string(),
-        "x: 'T' is a table, which MATLAB writes as an object; in MATLAB: S = table2struct(T, 'ToScalar', true); \
-         save('file.mat', 'S')"
+        recording.quality.notes,
+        ["'T' is a timetable that can't be read here; in MATLAB: writetimetable(T, 'file.csv')"]
     );
 }
 
@@ -242,7 +301,7 @@ fn dates_text_flags_and_gaps_of_a_parquet_file_are_read() {
     assert!(gaps.iter().enumerate().all(|(i, x)| if i % 7 == 0 { x.is_nan() } else { *x == i as f64 }));
     assert_eq!(
         read(file("loop_zstd.parquet"), &with_columns("u=mode")).unwrap_err().to_string(),
-        "x:1: 'MAN' in column 'mode' is not a number"
+        "x:1: 'MAN' in column 'mode' is not a number; numbers, or another column, like --columns t=t,r=r,y=y,u=u"
     );
 }
 

@@ -46,6 +46,11 @@ fn broken_files_are_refused_in_one_line() {
             "x.csv:1: two columns are called 'y'; names that differ, or columns by their numbers, like --columns r=2,y=3,u=4",
         ),
         ("t,r,y,u\n0,1,2,3\n1,1,off,3\n", "x.csv:3: 'off' in column 'y' is not a number"),
+        (
+            "t,r,flow,y,u\n0,1,7,off,3\n1,1,8,2,3\n",
+            "x.csv:2: 'off' in column 'y' is not a number; numbers, or another column, like --columns t=t,r=r,y=flow,u=u",
+        ),
+        ("t,r,y,u\n0,1,off,3\n1,1,2,3\n", "x.csv:2: 'off' in column 'y' is not a number; numbers"),
         ("t,r,y,u\r\n0,1,2,3\r\n\r\n1,1,off,3\r\n", "x.csv:4: 'off' in column 'y' is not a number"),
         ("\n\nt,r,y,u\n\n0,1,2,3\n1,1,off,3", "x.csv:6: 'off' in column 'y' is not a number"),
         ("t;r;y;u\n0;1;2.5;3\n1;1;2,5;3\n", "x.csv:3: '2,5' in column 'y' is not a number; a decimal point"),

@@ -30,6 +30,7 @@ mod caution;
 pub(crate) mod detector;
 mod marginal;
 mod operating_point;
+mod options;
 mod page;
 mod process;
 mod promise;
@@ -43,7 +44,7 @@ mod warnings;
 mod windows;
 
 use drift_core::{
-    Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Index, Memory, OperatingPoint, Saturation,
+    Baseline, Blanking, Channel, ChannelKind, Decision, Detectors, Memory, OperatingPoint, Saturation,
 };
 
 use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samples, Statistics, Timing};
@@ -52,6 +53,7 @@ use crate::stage;
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
 pub use detector::DetectorChoice;
+pub use options::{Effort, Options};
 pub use promise::Cost;
 use regression::Fit;
 use relation::Relation;
@@ -94,105 +96,6 @@ impl<'a> From<&'a Recording> for Signals<'a> {
             state: Some(&of.state),
             further: &of.extra,
         }
-    }
-}
-
-/// The effort channel's kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effort {
-    /// Mean u against mean y: a plant that needs effort to stand still.
-    Holding,
-    /// Mean u sign(dy) against the speed: a plant that integrates.
-    Motion,
-}
-
-/// What is asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Options {
-    /// Window, s; chosen from the data if there is none.
-    pub window_s: Option<f64>,
-    /// From one decision to the next, s; the window if there is none.
-    pub hop_s: Option<f64>,
-    /// The error index of the energy_error channel.
-    pub index: Index,
-    /// Wanted mean time between false alarms of the whole monitor, hours.
-    pub false_alarm_every_h: f64,
-    /// Share of calibrations from as many windows that is aimed to keep it; 0.5 to 0.99. Measured for 0.9 in
-    /// the module's table.
-    pub confidence: f64,
-    /// Judged: energy_error, effort, activity.
-    pub channels: [bool; 3],
-    /// Effort to hold y, or along the motion.
-    pub effort: Effort,
-    /// Windows that the effort channel remembers, 0 to 3; chosen by validation if there is none. The motion's effort
-    /// remembers none.
-    pub effort_memory: Option<u8>,
-    /// Measured columns that the effort depends on besides y, up to three.
-    pub operating_point: Vec<String>,
-    /// What watches each channel.
-    pub detectors: DetectorChoice,
-    /// The CUSUM's reference value, half the shift to be found, sigmas; the SPRT's alternative is twice it.
-    pub k: f64,
-    /// The EWMA's weight of the newest residual; 0.1 is for shifts of about one sigma (Lucas & Saccucci 1990).
-    pub lambda: f64,
-    /// Limits of u: `[lower, upper]`.
-    pub saturation: Option<[f64; 2]>,
-    /// A step of r beyond the first number blanks the second, s.
-    pub blanking: Option<(f64, f64)>,
-    /// Decisions before a drift is confirmed.
-    pub confirm_hops: u16,
-    /// Decisions that are simulated; the thresholds' own scatter goes with its root.
-    pub simulated_decisions: usize,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            window_s: None,
-            hop_s: None,
-            index: Index::Iae,
-            false_alarm_every_h: 24.0,
-            confidence: 0.9,
-            channels: [true; 3],
-            effort: Effort::Holding,
-            effort_memory: None,
-            operating_point: Vec::new(),
-            detectors: DetectorChoice::default(),
-            k: 0.5,
-            lambda: 0.1,
-            saturation: None,
-            blanking: None,
-            confirm_hops: Decision::DEFAULT.confirm_hops,
-            simulated_decisions: 2_000_000,
-        }
-    }
-}
-
-impl Options {
-    fn check(&self) -> Result<()> {
-        let hours = self.false_alarm_every_h;
-        if !(hours > 0.0 && hours.is_finite()) {
-            return Err(Error::new(format!("a false alarm every {hours} h")).allowed("a number above 0"));
-        }
-        if !(0.5..=0.99).contains(&self.confidence) {
-            return Err(Error::new(format!("confidence is {}", self.confidence)).allowed("0.5 to 0.99"));
-        }
-        if !(0.1..=2.0).contains(&self.k) {
-            return Err(Error::new(format!("k is {}", self.k)).allowed("0.1 to 2 sigmas"));
-        }
-        if !(0.02..=1.0).contains(&self.lambda) {
-            return Err(Error::new(format!("lambda is {}", self.lambda)).allowed("0.02 to 1"));
-        }
-        if let Some(order) = self.effort_memory.filter(|&order| usize::from(order) > Memory::MOST) {
-            return Err(Error::new(format!("a memory of {order} windows")).allowed("0 to 3"));
-        }
-        if self.detectors.count() == 0 {
-            return Err(Error::new("no detector").allowed(Detectors::NAMES.join(", ")));
-        }
-        if !self.channels.contains(&true) {
-            return Err(Error::new("no channel").allowed("energy_error, effort, activity, or several"));
-        }
-        operating_point::check(&self.operating_point, self.channels[1])
     }
 }
 

@@ -151,6 +151,11 @@ impl Law {
         self.ratio = ratio;
     }
 
+    /// Sets the integrator of pi and pid, in the unit of `u`.
+    pub(crate) fn set_integrator(&mut self, integrator: f64) {
+        self.integrator = integrator;
+    }
+
     /// The law as stated, and the ratio that its gains are multiplied with.
     pub(crate) fn stated(&self) -> (Controller, f64) {
         (self.controller.clone(), self.ratio)

@@ -9,6 +9,7 @@
 
 mod chart;
 mod detectable;
+mod drawing;
 mod events;
 mod json_lines;
 mod page;

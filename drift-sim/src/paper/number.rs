@@ -2,7 +2,7 @@
 
 use super::spread::{Share, Spread};
 
-/// So many significant digits; very small and very large ones with an exponent.
+/// So many significant digits; very small and very large ones with a power of ten, as `5.28 × 10⁻⁶`.
 pub(super) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() {
         return "\u{2013}".into();
@@ -10,10 +10,23 @@ pub(super) fn significant(x: f64, digits: usize) -> String {
     let with_exponent = format!("{x:.*e}", digits.saturating_sub(1));
     let exponent: i32 = with_exponent.rsplit_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
     if !(-4..5).contains(&exponent) {
-        return with_exponent;
+        let mantissa = with_exponent.split('e').next().unwrap_or_default();
+        return format!("{mantissa} \u{d7} 10{}", raised(exponent));
     }
     let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
     format!("{x:.decimals$}")
+}
+
+/// A whole number in raised digits.
+fn raised(exponent: i32) -> String {
+    let raised = |digit: char| match digit {
+        '-' => '\u{207b}',
+        '1' => '\u{b9}',
+        '2' => '\u{b2}',
+        '3' => '\u{b3}',
+        digit => digit.to_digit(10).and_then(|digit| char::from_u32(0x2070 + digit)).unwrap_or(digit),
+    };
+    exponent.to_string().chars().map(raised).collect()
 }
 
 pub(super) fn interval((low, high): (f64, f64), digits: usize) -> String {
@@ -47,7 +60,8 @@ mod tests {
     #[test]
     fn digits_are_significant_ones() {
         assert_eq!(significant(0.119_93, 4), "0.1199");
-        assert_eq!(significant(5.284_1e-6, 3), "5.28e-6");
+        assert_eq!(significant(5.284_1e-6, 3), "5.28 × 10⁻⁶");
+        assert_eq!(significant(-1.2e13, 2), "-1.2 × 10¹³");
         assert_eq!(significant(27_123.4, 3), "27123");
         assert_eq!(significant(0.0, 3), "0.00");
         assert_eq!(significant(f64::NAN, 3), "\u{2013}");

@@ -47,6 +47,16 @@ pub(super) enum Reference {
     Absent,
 }
 
+impl Reference {
+    /// Its column, if there is one.
+    pub fn column(self) -> Option<usize> {
+        match self {
+            Self::Column(column) => Some(column),
+            Self::Absent => None,
+        }
+    }
+}
+
 /// A further column that is read: its name, its place, and whether text in it is refused or makes it no number.
 #[derive(Debug, Clone)]
 pub(super) struct Extra {
@@ -169,18 +179,27 @@ impl<'a> Names<'a> {
                 format!("{}={name}", SIGNALS[signal])
             })
             .collect();
-        let text = pairs.join(",");
-        if text.contains([' ', '(', '[', '<', ';', '&', '|', '$', '*', '%']) {
-            format!("\"{text}\"")
-        } else {
-            text
-        }
+        quoted(&pairs)
     }
 
-    /// A name as `--columns` takes it: the column's number where the name has a comma.
     fn written(&self, index: usize) -> String {
-        let name = excerpt(&self.names[index]);
-        if name.contains([',', '=', '"', '+']) { (index + 1).to_string() } else { name }
+        written(self.names, index)
+    }
+}
+
+/// A name as `--columns` takes it: the column's number where the name has a comma.
+fn written(names: &[String], index: usize) -> String {
+    let name = excerpt(&names[index]);
+    if name.contains([',', '=', '"', '+']) { (index + 1).to_string() } else { name }
+}
+
+/// Pairs as a shell takes them.
+fn quoted(pairs: &[String]) -> String {
+    let text = pairs.join(",");
+    if text.contains([' ', '(', '[', '<', ';', '&', '|', '$', '*', '%']) {
+        format!("\"{text}\"")
+    } else {
+        text
     }
 }
 
@@ -285,11 +304,29 @@ impl Choice {
 
     /// The places of t, r, y and u.
     fn signals(&self) -> Vec<usize> {
-        let r = match self.r {
-            Reference::Column(r) => Some(r),
-            Reference::Absent => None,
-        };
-        [self.y, self.u, r, self.t, self.date].into_iter().flatten().collect()
+        [self.y, self.u, self.r.column(), self.t, self.date].into_iter().flatten().collect()
+    }
+
+    /// What is allowed where a column holds text: numbers, or for a signal another column, which `--columns` names.
+    pub fn instead_of(&self, index: usize, names: &[String]) -> String {
+        let signals = [self.t, self.r.column(), self.y, self.u];
+        let taken = self.signals();
+        let letter =
+            SIGNALS.iter().zip(signals).find(|(_, signal)| *signal == Some(index)).map(|(letter, _)| *letter);
+        // Best what is called by the letter itself; what is usual for another signal is a worse example.
+        let other = (0..names.len())
+            .filter(|other| letter.is_some() && !taken.contains(other) && !names[*other].is_empty())
+            .min_by_key(|other| (Some(names[*other].as_str()) != letter, is_usual(&names[*other])));
+        let Some(other) = other else { return "numbers".into() };
+        let pairs: Vec<String> = SIGNALS
+            .iter()
+            .zip(signals)
+            .filter_map(|(letter, signal)| {
+                let column = if signal? == index { other } else { signal? };
+                Some(format!("{letter}={}", written(names, column)))
+            })
+            .collect();
+        format!("numbers, or another column, like --columns {}", quoted(&pairs))
     }
 
     /// Whether each of so many columns is read at all.

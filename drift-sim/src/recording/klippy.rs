@@ -82,6 +82,7 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
         cells: vec![Vec::new(); names.len()],
         line: 0,
         last_s: f64::NAN,
+        is_over: false,
         notes,
         law: law.map(Controller::Pid),
     };
@@ -183,6 +184,8 @@ pub(super) struct KlippyRecords {
     cells: Vec<Vec<u8>>,
     line: u64,
     last_s: f64,
+    /// Whether the printer was restarted.
+    is_over: bool,
     notes: Vec<String>,
     law: Option<Controller>,
 }
@@ -190,7 +193,7 @@ pub(super) struct KlippyRecords {
 impl Records for KlippyRecords {
     fn next(&mut self, record: &mut Record, quality: &mut Quality) -> Result<Option<u64>> {
         let mut line = Vec::new();
-        loop {
+        while !self.is_over {
             line.clear();
             let read = self.source.by_ref().take(LINE_BYTES_MAX + 1).read_until(b'\n', &mut line);
             read.map_err(|e| Error::new(format!("can't be read: {e}")).at_line(self.line + 1))?;
@@ -213,7 +216,8 @@ impl Records for KlippyRecords {
                     "the printer was restarted at line {}: what follows is not read",
                     self.line
                 ));
-                return Ok(None);
+                self.is_over = true;
+                break;
             }
             self.last_s = time_s;
             let found = values(&line);
@@ -233,6 +237,7 @@ impl Records for KlippyRecords {
             self.cells.iter().for_each(|cell| record.push(cell));
             return Ok(Some(self.line));
         }
+        Ok(None)
     }
 
     fn stated_law(&self) -> Option<Controller> {

@@ -1,8 +1,8 @@
 //! MATLAB files of version 5 to 7 ("MAT-File Format", MathWorks): numeric arrays by name, also in structs.
 //!
 //! A vector is a column under its name, a matrix one column for each of its own (`data(:,2)`), a struct's field one as
-//! `log.y`, an element of a struct array `log.signals(2).values`. Scalars, text, cells, sparse and complex arrays and
-//! objects (tables, timeseries) are passed over.
+//! `log.y`, an element of a struct array `log.signals(2).values`, a table's variable `T.y`. Scalars, text, cells, sparse and complex
+//! arrays and other objects are passed over.
 
 use std::ops::Range;
 
@@ -11,10 +11,21 @@ use flate2::read::ZlibDecoder;
 use super::ReadOptions;
 use super::budget::Budget;
 use super::format::Source;
+use super::matlab_elements::{
+    Element, Head, Opaque, Order, Tag, class, class_of, damaged, element, field_names, numbers, offset_in,
+    size_of_number, split_element, text, whole_numbers,
+};
+use super::matlab_objects::{Arrays, Kind, Objects};
+use super::matlab_table::{self, TableColumn};
+use super::matlab_unread::{Unread, told_or_refused};
 use super::table::{Cells, Table, TableRows};
 use crate::{Error, Result};
 
 const HEADER_BYTES: usize = 128;
+/// Where the header says where the objects' properties are.
+const SUBSYSTEM_AT: Range<usize> = 116..124;
+/// What stands before the first element of those.
+const SUBSYSTEM_HEADER_BYTES: usize = 8;
 /// What of a packed variable is unpacked to see what it is.
 const START_BYTES: u64 = 1 << 12;
 /// Structs in structs, at most.
@@ -23,22 +34,6 @@ const DEPTH_MAX: usize = 16;
 const ACROSS_MAX: usize = 256;
 /// Columns of one file, at most: a broken file could name as many as it likes.
 const COLUMNS_MAX: usize = 100_000;
-
-/// Data types of an element (table 1-1 of the format).
-mod element {
-    pub const MATRIX: u32 = 14;
-    pub const COMPRESSED: u32 = 15;
-}
-
-/// Classes of an array (table 1-3).
-mod class {
-    pub const STRUCT: u8 = 2;
-    pub const DOUBLE: u8 = 6;
-    pub const SINGLE: u8 = 7;
-    pub const UINT64: u8 = 15;
-}
-
-const COMPLEX: u32 = 0x0800;
 
 /// Whether a file begins like one of version 5 to 7.
 pub(super) fn is_version_5(start: &[u8]) -> bool {
@@ -54,24 +49,43 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
     let bytes = source.bytes()?;
     let (header, body) = bytes.split_at_checked(HEADER_BYTES).ok_or_else(damaged)?;
     let order = if header.ends_with(b"IM") { Order::Little } else { Order::Big };
-    let mut file = File { order, budget, columns: Vec::new(), objects: Vec::new(), unpacked: None, body };
+    // 0, or blanks, where there are no objects.
+    let subsystem_at = header
+        .get(SUBSYSTEM_AT)
+        .and_then(|at| usize::try_from(order.u64(at)?).ok()?.checked_sub(HEADER_BYTES))
+        .filter(|at| *at < body.len());
+    let mut file = File {
+        order,
+        budget,
+        columns: Vec::new(),
+        opaque: Vec::new(),
+        subsystem: None,
+        unpacked: None,
+        body,
+    };
     let mut rest = body;
     while !rest.is_empty() {
+        let at = offset_in(body, rest);
         let (element, behind) = split_element(rest, order)?;
-        let variable = offset_in(body, element.data);
-        file.list(element, variable..variable + element.data.len())?;
+        let start = offset_in(body, element.data);
+        let variable = Variable {
+            place: start..start + element.data.len(),
+            is_packed: element.kind == element::COMPRESSED,
+        };
+        if subsystem_at == Some(at) {
+            file.subsystem = Some(variable);
+        } else {
+            file.list(element, &variable)?;
+        }
         rest = behind;
     }
-    if let Some(name) = file.objects.first().filter(|_| file.columns.is_empty()) {
-        return Err(Error::new(format!("'{name}' is a table, which MATLAB writes as an object")).allowed(
-            format!("in MATLAB: S = table2struct({name}, 'ToScalar', true); save('file.mat', 'S')"),
-        ));
-    }
+    let unread = file.list_objects()?;
+    let notes = told_or_refused(&unread, !file.columns.is_empty())?;
     if file.columns.is_empty() {
         return Err(Error::new("the MATLAB file holds no numeric vectors")
             .allowed("r, y, u as vectors, matrices or fields of a struct"));
     }
-    TableRows::new(file, Vec::new(), options)
+    TableRows::new(file, notes, options)
 }
 
 /// A file whose variables are unpacked when they are needed.
@@ -79,34 +93,51 @@ struct File<'a> {
     order: Order,
     budget: Budget,
     columns: Vec<Column>,
-    /// Names of tables and timetables.
-    objects: Vec<String>,
+    /// Variables that are objects.
+    opaque: Vec<Reference>,
+    /// Where the objects' properties are.
+    subsystem: Option<Variable>,
     /// The variable that was unpacked last, by where it stands.
     unpacked: Option<(Range<usize>, Vec<u8>)>,
     body: &'a [u8],
 }
 
+/// A variable of the file: its place in the body, and whether it is packed.
+#[derive(Clone)]
+struct Variable {
+    place: Range<usize>,
+    is_packed: bool,
+}
+
+/// A variable that is an object.
+struct Reference {
+    name: String,
+    class: String,
+    words: Vec<u64>,
+}
+
 /// One column: where its numbers are.
 struct Column {
     name: String,
-    /// The variable in the file's body, and whether it is packed.
-    variable: Range<usize>,
-    is_packed: bool,
-    /// Its array's numbers within the variable: their type and place.
-    kind: u32,
-    numbers: Range<usize>,
-    /// Which column of the array, and how many values each has.
-    column: usize,
+    /// How many values it has.
     rows: usize,
-    is_single: bool,
+    content: Content,
+}
+
+enum Content {
+    /// A column of an array, whose numbers are of this type and at this place within the variable.
+    Numbers { variable: Variable, kind: u32, numbers: Range<usize>, column: usize, is_single: bool },
+    /// A column of a table; arrays are places within the unpacked subsystem.
+    OfTable(TableColumn<Range<usize>>),
+    /// It was read before.
+    Unpacked,
 }
 
 impl File<'_> {
     /// Lists the columns of one variable.
-    fn list(&mut self, element: Element, variable: Range<usize>) -> Result<()> {
-        let mut found = Found { order: self.order, arrays: Vec::new(), objects: Vec::new() };
-        let is_packed = element.kind == element::COMPRESSED;
-        if !is_packed {
+    fn list(&mut self, element: Element, variable: &Variable) -> Result<()> {
+        let mut found = Found { order: self.order, arrays: Vec::new(), opaque: Vec::new() };
+        if !variable.is_packed {
             if element.kind == element::MATRIX {
                 found.collect(element.data, 0, element.data.len(), Path::Top, 0)?;
             }
@@ -119,32 +150,88 @@ impl File<'_> {
             if tag.kind == element::MATRIX && !Found::is_struct(inside, self.order) {
                 found.collect(inside, tag.bytes, tag.size, Path::Top, 0)?;
             } else if tag.kind == element::MATRIX {
-                let whole = self.unpack(&variable)?;
+                let whole = self.unpack(&variable.place)?;
                 let inside = whole.get(tag.bytes..).unwrap_or_default();
                 found.collect(inside, tag.bytes, inside.len(), Path::Top, 0)?;
             }
         }
-        self.objects.extend(found.objects);
+        self.opaque.extend(found.opaque);
         for array in found.arrays {
             for column in 0..array.across {
                 let name = match array.across {
                     1 => array.name.clone(),
                     _ => format!("{}(:,{})", array.name, column + 1),
                 };
-                self.budget.take((size_of::<Column>() + name.len()) as u64)?;
-                self.columns.push(Column {
-                    name,
+                let content = Content::Numbers {
                     variable: variable.clone(),
-                    is_packed,
                     kind: array.kind,
                     numbers: array.numbers.clone(),
                     column,
-                    rows: array.rows,
                     is_single: array.is_single,
-                });
+                };
+                self.push(Column { name, rows: array.rows, content })?;
             }
         }
         Ok(())
+    }
+
+    fn push(&mut self, column: Column) -> Result<()> {
+        self.budget.take((size_of::<Column>() + column.name.len()) as u64)?;
+        self.columns.push(column);
+        Ok(())
+    }
+
+    /// Lists the columns of all tables; returns the objects that can't be read.
+    fn list_objects(&mut self) -> Result<Vec<Unread>> {
+        let opaque = std::mem::take(&mut self.opaque);
+        let mut objects = None;
+        if !opaque.is_empty()
+            && let Some(wrapper) = self.wrapper()?
+        {
+            objects = Objects::of(self, &wrapper)?;
+        }
+        let mut unread = Vec::new();
+        for Reference { name, class, words } in opaque {
+            let columns = match &objects {
+                Some(objects) => matlab_table::columns(self, objects, &name, &words)?,
+                None => None,
+            };
+            let Some(columns) = columns else {
+                unread.push(Unread { name, class });
+                continue;
+            };
+            for column in columns {
+                let (name, rows) = (column.name.clone(), column.rows);
+                self.push(Column { name, rows, content: Content::OfTable(column) })?;
+            }
+        }
+        Ok(unread)
+    }
+
+    /// Where the properties of all objects are: the subsystem is an array of bytes which is a file of its own, with one
+    /// struct.
+    fn wrapper(&mut self) -> Result<Option<Range<usize>>> {
+        let order = self.order;
+        let whole = self.subsystem()?;
+        let Ok(head) = Head::of(whole, order) else { return Ok(None) };
+        let (bytes, _) = split_element(head.content, order)?;
+        let Some(inner) = bytes.data.get(SUBSYSTEM_HEADER_BYTES..) else { return Ok(None) };
+        let (element, _) = split_element(inner, order)?;
+        let start = offset_in(whole, element.data);
+        let place = start..start + element.data.len();
+        let Kind::Fields(fields) = self.kind(&place)? else { return Ok(None) };
+        Ok(fields.into_iter().find(|(name, _)| name == "MCOS").map(|(_, place)| place))
+    }
+
+    /// The array of the subsystem.
+    fn subsystem(&mut self) -> Result<&[u8]> {
+        let Some(Variable { place, is_packed }) = self.subsystem.clone() else { return Ok(&[]) };
+        if !is_packed {
+            return Ok(self.body.get(place).unwrap_or_default());
+        }
+        let order = self.order;
+        let whole = self.unpack(&place)?;
+        Ok(split_element(whole, order)?.0.data)
     }
 
     /// A packed variable, unpacked: the one that was unpacked last is kept.
@@ -177,98 +264,121 @@ impl Table for File<'_> {
     }
 
     fn cells(&mut self, index: usize) -> Result<Cells> {
-        let Some(column) = self.columns.get(index) else { return Ok(Cells::Single(Vec::new())) };
-        let (kind, order, is_single, rows) = (column.kind, self.order, column.is_single, column.rows);
-        let size = size_of_number(kind).ok_or_else(damaged)?;
-        let from = column.numbers.start + column.column * rows * size;
-        let (variable, is_packed) = (column.variable.clone(), column.is_packed);
-        self.budget.take((rows * if is_single { 4 } else { 8 }) as u64)?;
-        let whole =
-            if is_packed { self.unpack(&variable)? } else { self.body.get(variable).unwrap_or_default() };
-        let data = whole.get(from..from + rows * size).ok_or_else(damaged)?;
-        numbers(kind, data, order, is_single).ok_or_else(damaged)
+        let Some(column) = self.columns.get_mut(index) else { return Ok(Cells::Single(Vec::new())) };
+        let rows = column.rows;
+        // A column is unpacked once.
+        let content = std::mem::replace(&mut column.content, Content::Unpacked);
+        match content {
+            Content::Numbers { variable, kind, numbers: place, column, is_single } => {
+                let order = self.order;
+                let size = size_of_number(kind).ok_or_else(damaged)?;
+                let from = place.start + column * rows * size;
+                self.budget.take((rows * if is_single { 4 } else { 8 }) as u64)?;
+                let whole = if variable.is_packed {
+                    self.unpack(&variable.place)?
+                } else {
+                    self.body.get(variable.place).unwrap_or_default()
+                };
+                let data = whole.get(from..from + rows * size).ok_or_else(damaged)?;
+                numbers(kind, data, order, is_single).ok_or_else(damaged)
+            }
+            Content::OfTable(column) => column.cells(self),
+            Content::Unpacked => Ok(Cells::Single(Vec::new())),
+        }
     }
 }
 
-/// Where a part stands in the whole that it was cut from.
-fn offset_in(whole: &[u8], part: &[u8]) -> usize {
-    (part.as_ptr() as usize).saturating_sub(whole.as_ptr() as usize)
-}
+/// Arrays of the subsystem, by their place in it.
+impl Arrays for File<'_> {
+    type Array = Range<usize>;
 
-fn damaged() -> Error {
-    Error::new("the MATLAB file is cut off or damaged").allowed("a whole file, saved with -v7 or -v6")
-}
-
-#[derive(Clone, Copy)]
-enum Order {
-    Little,
-    Big,
-}
-
-macro_rules! number {
-    ($name:ident, $kind:ty) => {
-        fn $name(self, bytes: &[u8]) -> Option<$kind> {
-            let bytes = bytes.get(..size_of::<$kind>())?.try_into().ok()?;
-            Some(match self {
-                Self::Little => <$kind>::from_le_bytes(bytes),
-                Self::Big => <$kind>::from_be_bytes(bytes),
-            })
-        }
-    };
-}
-
-impl Order {
-    number!(u16, u16);
-    number!(i16, i16);
-    number!(u32, u32);
-    number!(i32, i32);
-    number!(u64, u64);
-    number!(i64, i64);
-    number!(f32, f32);
-    number!(f64, f64);
-}
-
-/// What stands before an element's data.
-#[derive(Clone, Copy)]
-struct Tag {
-    kind: u32,
-    size: usize,
-    /// Bytes of the tag itself.
-    bytes: usize,
-}
-
-impl Tag {
-    fn of(bytes: &[u8], order: Order) -> Result<Self> {
-        let tag = order.u32(bytes).ok_or_else(damaged)?;
-        if tag >> 16 == 0 {
-            let size = bytes.get(4..).and_then(|b| order.u32(b)).ok_or_else(damaged)?;
-            return Ok(Self { kind: tag, size: size as usize, bytes: 8 });
-        }
-        // A small element: up to four bytes in the tag itself.
-        Ok(Self { kind: tag & 0xffff, size: (tag >> 16) as usize, bytes: 4 })
+    fn budget(&self) -> &Budget {
+        &self.budget
     }
-}
 
-/// An element that is there as a whole.
-#[derive(Clone, Copy)]
-struct Element<'a> {
-    kind: u32,
-    data: &'a [u8],
-}
+    fn kind(&mut self, array: &Range<usize>) -> Result<Kind<Range<usize>>> {
+        let (order, budget) = (self.order, self.budget.clone());
+        let whole = self.subsystem()?;
+        let place = |part: &[u8]| {
+            let start = offset_in(whole, part);
+            start..start + part.len()
+        };
+        let mut data = whole.get(array.clone()).ok_or_else(damaged)?;
+        for _ in 0..DEPTH_MAX {
+            if data.is_empty() || class_of(data, order)?.0 != class::OPAQUE {
+                break;
+            }
+            data = split_element(Opaque::of(data, order)?.content, order)?.0.data;
+        }
+        if data.is_empty() || class_of(data, order)?.0 > class::UINT64 {
+            return Ok(Kind::Other);
+        }
+        let head = Head::of(data, order)?;
+        match (head.class, head.shape()) {
+            (class::CELL, _) => {
+                let (mut cells, mut rest) = (Vec::new(), head.content);
+                for _ in 0..head.count {
+                    let (cell, behind) = split_element(rest, order)?;
+                    budget.push(&mut cells, place(cell.data))?;
+                    rest = behind;
+                }
+                Ok(Kind::Cells(cells))
+            }
+            (class::STRUCT, Some((1, 1))) => {
+                let (names, mut rest) = field_names(head.content, order)?;
+                let mut fields = Vec::new();
+                for name in names {
+                    let (field, behind) = split_element(rest, order)?;
+                    fields.push((name, place(field.data)));
+                    rest = behind;
+                }
+                Ok(Kind::Fields(fields))
+            }
+            (class::CHAR, Some((1, _))) => Ok(Kind::Text(text(split_element(head.content, order)?.0, order))),
+            (class::CHAR, None) => Ok(Kind::Text(String::new())),
+            (class::DOUBLE..=class::UINT64, Some((rows, across))) => {
+                Ok(Kind::Numbers { rows, across, is_complex: head.is_complex })
+            }
+            _ => Ok(Kind::Other),
+        }
+    }
 
-/// The first element, and what follows it.
-fn split_element(bytes: &[u8], order: Order) -> Result<(Element<'_>, &[u8])> {
-    let tag = Tag::of(bytes, order)?;
-    let end = tag.bytes + tag.size;
-    let data = bytes.get(tag.bytes..end).ok_or_else(damaged)?;
-    let padded = if tag.kind == element::COMPRESSED { end } else { end.next_multiple_of(8) };
-    Ok((Element { kind: tag.kind, data }, bytes.get(padded..).unwrap_or_default()))
+    fn column(&mut self, array: &Range<usize>, column: usize) -> Result<Cells> {
+        let (order, budget) = (self.order, self.budget.clone());
+        let data = self.subsystem()?.get(array.clone()).ok_or_else(damaged)?;
+        let head = Head::of(data, order)?;
+        let (rows, _) = head.shape().ok_or_else(damaged)?;
+        let (element, _) = split_element(head.content, order)?;
+        let size = size_of_number(element.kind).ok_or_else(damaged)?;
+        let length = rows.checked_mul(size).ok_or_else(damaged)?;
+        let from = length.checked_mul(column).ok_or_else(damaged)?;
+        let data = element.data.get(from..).and_then(|data| data.get(..length)).ok_or_else(damaged)?;
+        budget.take(rows as u64 * 8)?;
+        numbers(element.kind, data, order, head.class == class::SINGLE).ok_or_else(damaged)
+    }
+
+    fn whole_numbers(&mut self, array: &Range<usize>) -> Result<Vec<u64>> {
+        let (order, budget) = (self.order, self.budget.clone());
+        let data = self.subsystem()?.get(array.clone()).ok_or_else(damaged)?;
+        let (element, _) = split_element(Head::of(data, order)?.content, order)?;
+        budget.take(element.data.len() as u64 * 8)?;
+        Ok(whole_numbers(element.kind, element.data, order).unwrap_or_default())
+    }
 }
 
 /// Where an array stands: its own name counts at the top only.
 enum Path {
     Top,
     Field(String),
+}
+
+impl Path {
+    fn name(self, own: &[u8]) -> String {
+        match self {
+            Self::Top => String::from_utf8_lossy(own).into_owned(),
+            Self::Field(name) => name,
+        }
+    }
 }
 
 /// A numeric array: its name, its shape, and where its numbers are within its variable.
@@ -285,13 +395,12 @@ struct Array {
 struct Found {
     order: Order,
     arrays: Vec<Array>,
-    objects: Vec<String>,
+    opaque: Vec<Reference>,
 }
 
 impl Found {
     fn is_struct(data: &[u8], order: Order) -> bool {
-        let flags = split_element(data, order).ok().and_then(|(flags, _)| order.u32(flags.data));
-        flags.is_some_and(|flags| (flags & 0xff) as u8 == class::STRUCT)
+        class_of(data, order).is_ok_and(|(class, _, _)| class == class::STRUCT)
     }
 
     /// Adds an array, and those within it. `data` begins `at` bytes into the variable and may be cut off behind the tag of
@@ -302,40 +411,25 @@ impl Found {
         if data.is_empty() || depth > DEPTH_MAX || self.arrays.len() > COLUMNS_MAX {
             return Ok(());
         }
-        let (flags, rest) = split_element(data, order)?;
-        let flags = order.u32(flags.data).ok_or_else(damaged)?;
-        let class = (flags & 0xff) as u8;
+        let (class, _, _) = class_of(data, order)?;
+        if class == class::OPAQUE {
+            return self.object(data, path);
+        }
         if class > class::UINT64 {
-            // An object of a later kind is built otherwise: its name, then the names of its system and its class.
-            let words: Vec<String> = texts(rest, order).take(3).collect();
-            if let [name, _, kind] = words.as_slice()
-                && ["table", "timetable"].contains(&kind.as_str())
-            {
-                self.objects.push(name.clone());
-            }
             return Ok(());
         }
-        let (dimensions, rest) = split_element(rest, order)?;
-        let dimensions: Vec<usize> = dimensions
-            .data
-            .chunks_exact(4)
-            .map(|d| order.i32(d).and_then(|d| usize::try_from(d).ok()))
-            .collect::<Option<_>>()
-            .ok_or_else(damaged)?;
-        let count = dimensions.iter().try_fold(1, |n: usize, d| n.checked_mul(*d)).ok_or_else(damaged)?;
-        let (own_name, rest) = split_element(rest, order)?;
-        let name = match path {
-            Path::Top => String::from_utf8_lossy(own_name.data).into_owned(),
-            Path::Field(name) => name,
-        };
-        let behind = at + offset_in(data, rest);
+        let head = Head::of(data, order)?;
+        let name = path.name(head.name);
+        let behind = at + offset_in(data, head.content);
         match class {
-            class::STRUCT if count <= ACROSS_MAX => self.fields(rest, behind, &name, count, depth),
-            class::DOUBLE..=class::UINT64 if flags & COMPLEX == 0 => {
-                let tag = Tag::of(rest, order)?;
+            class::STRUCT if head.count <= ACROSS_MAX => {
+                self.fields(head.content, behind, &name, head.count, depth)
+            }
+            class::DOUBLE..=class::UINT64 if !head.is_complex => {
+                let tag = Tag::of(head.content, order)?;
                 let from = behind + tag.bytes;
                 let size = size_of_number(tag.kind).ok_or_else(damaged)?;
-                if from + tag.size > at + whole || count.checked_mul(size) != Some(tag.size) {
+                if from + tag.size > at + whole || head.count.checked_mul(size) != Some(tag.size) {
                     return Err(damaged());
                 }
                 let numbers = from..from + tag.size;
@@ -348,9 +442,9 @@ impl Found {
                     is_single: class == class::SINGLE && tag.kind == 7,
                 };
                 // A vector is one column, a matrix as many as it has; what is shorter than two is none.
-                let longer = dimensions.iter().filter(|d| **d > 1).count();
-                match (longer, dimensions.as_slice()) {
-                    (1, _) => self.arrays.push(array(count, 1)),
+                let longer = head.dimensions.iter().filter(|d| **d > 1).count();
+                match (longer, head.dimensions.as_slice()) {
+                    (1, _) => self.arrays.push(array(head.count, 1)),
                     (2, [rows, across]) if *across <= ACROSS_MAX => self.arrays.push(array(*rows, *across)),
                     _ => {}
                 }
@@ -360,20 +454,24 @@ impl Found {
         }
     }
 
+    /// Adds an object: what it holds stands elsewhere.
+    fn object(&mut self, data: &[u8], path: Path) -> Result<()> {
+        let opaque = Opaque::of(data, self.order)?;
+        if opaque.system != "MCOS" {
+            return Ok(());
+        }
+        let name = path.name(opaque.name.as_bytes());
+        let words = split_element(opaque.content, self.order).and_then(|(array, _)| {
+            let (words, _) = split_element(Head::of(array.data, self.order)?.content, self.order)?;
+            Ok(whole_numbers(words.kind, words.data, self.order).unwrap_or_default())
+        });
+        self.opaque.push(Reference { name, class: opaque.class, words: words.unwrap_or_default() });
+        Ok(())
+    }
+
     fn fields(&mut self, data: &[u8], at: usize, name: &str, count: usize, depth: usize) -> Result<()> {
         let order = self.order;
-        let (width, rest) = split_element(data, order)?;
-        let width = order
-            .i32(width.data)
-            .and_then(|w| usize::try_from(w).ok())
-            .filter(|w| *w > 0)
-            .ok_or_else(damaged)?;
-        let (names, mut rest) = split_element(rest, order)?;
-        let names: Vec<String> = names
-            .data
-            .chunks_exact(width)
-            .map(|n| String::from_utf8_lossy(n.split(|b| *b == 0).next().unwrap_or_default()).into_owned())
-            .collect();
+        let (names, mut rest) = field_names(data, order)?;
         for index in 1..=count {
             for field in &names {
                 let (element, behind) = split_element(rest, order)?;
@@ -388,47 +486,5 @@ impl Found {
             }
         }
         Ok(())
-    }
-}
-
-/// Elements of text, as far as they are whole.
-fn texts(mut rest: &[u8], order: Order) -> impl Iterator<Item = String> {
-    std::iter::from_fn(move || {
-        let (element, behind) = split_element(rest, order).ok()?;
-        rest = behind;
-        Some(String::from_utf8_lossy(element.data).into_owned())
-    })
-}
-
-/// Bytes of a stored number; `None` for what is none.
-fn size_of_number(kind: u32) -> Option<usize> {
-    match kind {
-        1 | 2 => Some(1),
-        3 | 4 => Some(2),
-        5..=7 => Some(4),
-        9 | 12 | 13 => Some(8),
-        _ => None,
-    }
-}
-
-/// Numbers of any stored type: an array of doubles may be stored as bytes where they fit.
-fn numbers(kind: u32, data: &[u8], order: Order, single: bool) -> Option<Cells> {
-    // The budget was asked for what they take.
-    let all = |size: usize, read: &dyn Fn(&[u8]) -> Option<f64>| {
-        data.chunks_exact(size).map(read).collect::<Option<Vec<f64>>>().map(Cells::Double)
-    };
-    match kind {
-        1 => all(1, &|b| b.first().map(|b| f64::from(b.cast_signed()))),
-        2 => all(1, &|b| b.first().map(|b| f64::from(*b))),
-        3 => all(2, &|b| order.i16(b).map(f64::from)),
-        4 => all(2, &|b| order.u16(b).map(f64::from)),
-        5 => all(4, &|b| order.i32(b).map(f64::from)),
-        6 => all(4, &|b| order.u32(b).map(f64::from)),
-        7 if single => data.chunks_exact(4).map(|b| order.f32(b)).collect::<Option<_>>().map(Cells::Single),
-        7 => all(4, &|b| order.f32(b).map(f64::from)),
-        9 => all(8, &|b| order.f64(b)),
-        12 => all(8, &|b| order.i64(b).map(|x| x as f64)),
-        13 => all(8, &|b| order.u64(b).map(|x| x as f64)),
-        _ => None,
     }
 }

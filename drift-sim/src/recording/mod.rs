@@ -26,6 +26,10 @@ mod matlab;
 mod matlab4;
 #[cfg(feature = "matlab73")]
 mod matlab73;
+mod matlab_elements;
+mod matlab_objects;
+mod matlab_table;
+mod matlab_unread;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod memory;

@@ -5,10 +5,8 @@
 use std::collections::VecDeque;
 
 use super::Quality;
-use super::choice::Choice;
-use super::row::{Row, Rows};
+use super::row::{Filter, Row, Rows};
 use super::sampling::HEAD_ROWS;
-use crate::controller::Controller;
 use crate::{Error, Result};
 
 /// More codes than this are no modes.
@@ -72,38 +70,18 @@ impl ModeCodes {
             None => self.rows.read(row, quality),
         }
     }
+}
+
+impl Filter for ModeCodes {
+    fn source(&self) -> &dyn Rows {
+        self.rows.as_ref()
+    }
 
     fn note(&self) -> Option<String> {
         let (index, of_words) = self.rows.choice().mode.as_ref()?;
         let name = self.rows.names().get(*index)?;
         let Some(codes) = &self.codes else { return Some(of_words.clone()) };
         Some(codes.note(name, &self.later))
-    }
-}
-
-impl Rows for ModeCodes {
-    fn choice(&self) -> &Choice {
-        self.rows.choice()
-    }
-
-    fn names(&self) -> &[String] {
-        self.rows.names()
-    }
-
-    fn zero_s(&self) -> Option<f64> {
-        self.rows.zero_s()
-    }
-
-    fn text_columns(&self) -> Vec<bool> {
-        self.rows.text_columns()
-    }
-
-    fn stated_law(&self) -> Option<Controller> {
-        self.rows.stated_law()
-    }
-
-    fn notes(&self) -> Vec<String> {
-        self.rows.notes().into_iter().chain(self.note()).collect()
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {

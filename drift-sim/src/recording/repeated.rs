@@ -2,10 +2,8 @@
 
 use std::str::FromStr;
 
-use super::choice::Choice;
-use super::row::{Row, Rows};
+use super::row::{Filter, Row, Rows};
 use super::{Quality, ReadOptions};
-use crate::controller::Controller;
 use crate::{Error, Result};
 
 /// What becomes of several rows of one time stamp.
@@ -65,38 +63,18 @@ impl Merged {
     }
 }
 
-impl Rows for Merged {
-    fn choice(&self) -> &Choice {
-        self.rows.choice()
+impl Filter for Merged {
+    fn source(&self) -> &dyn Rows {
+        self.rows.as_ref()
     }
 
-    fn names(&self) -> &[String] {
-        self.rows.names()
-    }
-
-    fn zero_s(&self) -> Option<f64> {
-        self.rows.zero_s()
-    }
-
-    fn notes(&self) -> Vec<String> {
-        let mut notes = self.rows.notes();
-        if self.merged > 0 {
-            let how = match self.how {
-                Repeated::First => "the first counts",
-                Repeated::Mean => "their mean counts",
-                Repeated::Last | Repeated::Refuse => "the last counts",
-            };
-            notes.push(format!("{} rows repeat a time stamp: {how}", self.merged));
-        }
-        notes
-    }
-
-    fn stated_law(&self) -> Option<Controller> {
-        self.rows.stated_law()
-    }
-
-    fn text_columns(&self) -> Vec<bool> {
-        self.rows.text_columns()
+    fn note(&self) -> Option<String> {
+        let how = match self.how {
+            Repeated::First => "the first counts",
+            Repeated::Mean => "their mean counts",
+            Repeated::Last | Repeated::Refuse => "the last counts",
+        };
+        (self.merged > 0).then(|| format!("{} rows repeat a time stamp: {how}", self.merged))
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {

@@ -76,6 +76,45 @@ pub(super) trait Rows: Send {
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool>;
 }
 
+/// Rows that are changed on their way: columns, names and dates stay those of their source.
+pub(super) trait Filter: Send {
+    fn source(&self) -> &dyn Rows;
+    /// What was changed, in one line.
+    fn note(&self) -> Option<String>;
+    /// Reads the next row as [`Rows::read`] does.
+    fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool>;
+}
+
+impl<T: Filter> Rows for T {
+    fn choice(&self) -> &Choice {
+        self.source().choice()
+    }
+
+    fn names(&self) -> &[String] {
+        self.source().names()
+    }
+
+    fn text_columns(&self) -> Vec<bool> {
+        self.source().text_columns()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.source().notes().into_iter().chain(self.note()).collect()
+    }
+
+    fn zero_s(&self) -> Option<f64> {
+        self.source().zero_s()
+    }
+
+    fn stated_law(&self) -> Option<Controller> {
+        self.source().stated_law()
+    }
+
+    fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
+        Filter::read(self, row, quality)
+    }
+}
+
 /// Enough of the input to find it by.
 pub(super) fn excerpt(text: &str) -> String {
     const LONGEST: usize = 200;

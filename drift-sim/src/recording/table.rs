@@ -31,7 +31,7 @@ impl Cells {
     }
 
     /// The number in a row; `None` where there is text.
-    fn number(&self, row: usize) -> Option<f64> {
+    pub(super) fn number(&self, row: usize) -> Option<f64> {
         let number = match self {
             Self::Double(values) => values.get(row).copied(),
             Self::Single(values) => values.get(row).map(|x| f64::from(*x)),
@@ -128,7 +128,10 @@ impl TableRows {
 
     fn number(&self, index: usize, row: usize) -> Result<f64> {
         let Some(cells) = self.cells(index) else { return Ok(f64::NAN) };
-        cells.number(row).ok_or_else(|| not_a_number(cells.text(row).as_bytes(), &self.names[index]))
+        cells.number(row).ok_or_else(|| {
+            let error = not_a_number(cells.text(row).as_bytes(), &self.names[index]);
+            if row == 0 { error.allowed(self.choice.instead_of(index, &self.names)) } else { error }
+        })
     }
 
     fn signal(&self, index: usize, row: usize, missing: &mut u64) -> Result<f64> {

@@ -1,6 +1,6 @@
 //! Rows of numbers out of records of text: what every format of text has in common.
 
-use super::choice::{Choice, Reference};
+use super::choice::Choice;
 use super::clock::Clock;
 use super::decimal::{DecimalMark, parse_number, with_point};
 use super::records::{Record, Records};
@@ -83,12 +83,10 @@ impl<R: Records> TextRows<R> {
         }
         row.line = line;
         self.read_stamp(row)?;
-        row.r = match self.choice.r {
-            Reference::Column(r) => self.number(r, &mut quality.missing_r)?,
-            Reference::Absent => f64::NAN,
-        };
-        row.y = self.signal(self.choice.y, &mut quality.missing_y)?;
-        row.u = self.signal(self.choice.u, &mut quality.missing_u)?;
+        let is_first = quality.rows == 0;
+        row.r = self.signal(self.choice.r.column(), is_first, &mut quality.missing_r)?;
+        row.y = self.signal(self.choice.y, is_first, &mut quality.missing_y)?;
+        row.u = self.signal(self.choice.u, is_first, &mut quality.missing_u)?;
         row.manual = self.is_manual();
         row.mode = self.mode();
         row.extra.clear();
@@ -115,8 +113,8 @@ impl<R: Records> TextRows<R> {
     }
 
     /// A signal that may be absent.
-    fn signal(&mut self, index: Option<usize>, missing: &mut u64) -> Result<f64> {
-        index.map_or(Ok(f64::NAN), |index| self.number(index, missing))
+    fn signal(&mut self, index: Option<usize>, is_first: bool, missing: &mut u64) -> Result<f64> {
+        index.map_or(Ok(f64::NAN), |index| self.number(index, is_first, missing))
     }
 
     /// The mode as a number, where it is one.
@@ -150,11 +148,15 @@ impl<R: Records> TextRows<R> {
         }
     }
 
-    fn number(&mut self, index: usize, missing: &mut u64) -> Result<f64> {
+    fn number(&mut self, index: usize, is_first: bool, missing: &mut u64) -> Result<f64> {
         let cell = self.record.get(index).unwrap_or_default();
         let number = self.mark.number(cell)?.ok_or_else(|| {
             let error = not_a_number(cell, &self.names[index]);
-            if with_point(cell).is_some() { error.allowed("a decimal point") } else { error }
+            match with_point(cell) {
+                Some(_) => error.allowed("a decimal point"),
+                None if is_first => error.allowed(self.choice.instead_of(index, &self.names)),
+                None => error,
+            }
         })?;
         *missing += u64::from(number.is_nan());
         Ok(number)

@@ -36,8 +36,9 @@ impl Start {
 
     /// A first estimate from the beginning of a recording: y as measured, its rate from the first five samples, and
     /// the integrator with which the law gives the first u. What was held before is, for a law with an integrator,
-    /// that integrator (the first u may be the kick of a reference's step), else the first u. An integrator that stands still is a
-    /// bias, which all of the recording tells: the first u may lie at a limit. Rest where the recording is empty.
+    /// that integrator (the first u may be the kick of a reference's step), else the first u. Where that u lies at a limit, any
+    /// integrator further out gives it, too: then it is the one with which u leaves the limits as recorded. An integrator that stands
+    /// still is a bias, which all of the recording tells. Rest where the recording is empty.
     pub fn from_recording(model: &Loop, r: &[f64], y: &[f64], u: &[f64]) -> Self {
         let (Some(&r0), Some(&y0), Some(&u0)) = (r.first(), y.first(), u.first()) else {
             return Self::rest(model);
@@ -51,7 +52,7 @@ impl Start {
             let biases = r.iter().zip(y).zip(u).map(|((r, y), u)| law.integrator_for(*r, *y, *u));
             median(biases.filter(|bias| bias.is_finite()).collect())
         } else {
-            law.integrator_for(r0, y0, u0)
+            at_a_limit(&law, r, y, u).unwrap_or_else(|| law.integrator_for(r0, y0, u0))
         };
         let u = match &model.controller {
             Controller::Pi(_) | Controller::Pid(_) => model.controller.limits().clip(integrator),
@@ -78,6 +79,44 @@ impl Start {
             }
         })
     }
+}
+
+/// The integrator of a recording that begins with u at a limit, by the first u that lies at none: the law replayed from
+/// here has it then. `None` where u begins between its limits, or never leaves them.
+fn at_a_limit(law: &Law, r: &[f64], y: &[f64], u: &[f64]) -> Option<f64> {
+    /// Replays; each brings an integrator that waits at the limit for a time nearer.
+    const REPLAYS_MAX: usize = 8;
+    let limits = law.stated().0.limits();
+    let within = (limits.u_max - limits.u_min) * 1e-6;
+    // The last digit of a recorded u may be rounded.
+    let is_at_limit = |u: f64| u >= limits.u_max - within || u <= limits.u_min + within;
+    let (&r0, &y0, &u0) = (r.first()?, y.first()?, u.first()?);
+    if !within.is_finite() || !is_at_limit(u0) {
+        return None;
+    }
+    let free = u.iter().position(|u| u.is_finite() && !is_at_limit(*u))?;
+    let wanted = *u.get(free)?;
+    let outermost = law.integrator_for(r0, y0, u0);
+    let allowed = |integrator: f64| {
+        if u0 <= limits.u_min + within { integrator.min(outermost) } else { integrator.max(outermost) }
+    };
+    let mut integrator = outermost;
+    for _ in 0..REPLAYS_MAX {
+        let mut replayed = law.clone();
+        replayed.set_integrator(integrator);
+        for (r, y) in r.iter().zip(y).take(free) {
+            if r.is_finite() && y.is_finite() {
+                replayed.step(*r, *y);
+            }
+        }
+        let missed = replayed.integrator_for(*r.get(free)?, *y.get(free)?, wanted) - replayed.integrator();
+        let moved = allowed(integrator + missed);
+        if !moved.is_finite() || (moved - integrator).abs() <= within {
+            break;
+        }
+        integrator = moved;
+    }
+    integrator.is_finite().then_some(integrator)
 }
 
 /// Whether the law's integrator never moves.

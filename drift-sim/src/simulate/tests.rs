@@ -364,6 +364,26 @@ fn a_recording_gives_back_its_own_start() {
     }
 }
 
+/// What the first u, at a limit, does not tell: the integrator of a heater that was switched off, and of a run that is cut while u is
+/// at its limit. Against the run that the recording was cut from.
+#[test]
+fn a_recording_that_begins_at_a_limit_tells_its_integrator_where_u_leaves_it() {
+    let mut model = around(heater(0.0), 1.0);
+    let limits = Limits { u_min: 0.0, u_max: 20.0 };
+    model.controller = Controller::Pi(Pi { kp: 2.0, ki: 0.05, limits, anti_windup: true });
+    let reference: Vec<f64> = (0..400).map(|n| if n < 40 { 0.0 } else { 35.0 }).collect();
+    let all = simulate(&model, &reference, &[], 0, None).unwrap();
+    assert_eq!((all.u[0], all.u[42]), (0.0, 20.0));
+    for from in [0, 20, 42] {
+        let (r, y, u) = (&reference[from..], &all.y[from..], &all.u[from..]);
+        let start = Start::from_recording(&model, r, y, u);
+        let replayed = replay_law(&model, r, y, &start);
+        for (a, b) in replayed.iter().zip(u) {
+            near(*a, *b, 1e-4);
+        }
+    }
+}
+
 #[test]
 fn measured_inputs_enter_where_they_are_said_to() {
     let mut model = around(heater(0.0), 1.0);

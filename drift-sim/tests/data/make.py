@@ -1,6 +1,7 @@
 """Writes the recordings of this folder with each format's own tools: python3 make.py; .ci/formats installs them and runs it.
 
-Made with Python 3.11, numpy 2, scipy 1.17.1, pyarrow 26.0.1, h5py 3, mcap 1, mcap-ros2-support 0.5. The signals are formulas that recording_formats.rs repeats.
+Made with Python 3.11, numpy 2, scipy 1.17.1, pyarrow 26.0.1, h5py 3, mcap 1, mcap-ros2-support 0.5,
+mat-io 1.0.2. The signals are formulas that recording_formats.rs repeats.
 """
 
 import gzip
@@ -10,8 +11,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
+from matio import save_to_mat
+from matio.utils.converters.mattables import timetable_to_mat
+from matio.utils.matclass import MatlabOpaque
 from mcap.writer import CompressionType
 from mcap.writer import Writer as JsonWriter
 from mcap_ros2.writer import Writer as Ros2Writer
@@ -52,6 +57,32 @@ def matlab():
 def matlab_old():
     own = {"t": t, "r": r, "y": y, "u": u}
     savemat(HERE / "vectors_v4.mat", {**own, "name": "loop"}, format="4")
+
+
+def matlab_tables():
+    """Tables and timetables, which scipy can't write: by mat-io, whose author reads and writes them as MATLAB does."""
+    loop = {"SP": r.astype(np.int16), "PV": y, "OP": u}
+    steps = pd.to_timedelta(k * 100, unit="ms")
+    mode = ["AUTO" if i >= 10 else "MAN" for i in k]
+    table = pd.DataFrame({"time": t, **loop, "mode": pd.Categorical(mode), "state": mode})
+    timed = pd.DataFrame(loop, index=steps)
+    dated = pd.DataFrame(loop, index=pd.Timestamp("2024-05-01T12:00:00") + steps)
+    # Rows at even times, of which MATLAB keeps the first and the rate or the step.
+    def even(**times):
+        properties = timetable_to_mat(timed)
+        row_times = np.empty((1, 1), dtype=[(name, object) for name in times])
+        for name, value in times.items():
+            row_times[0, 0][name] = value
+        properties["any"][0, 0]["rowTimes"] = row_times
+        return MatlabOpaque(properties=properties, classname="timetable", type_system="MCOS")
+    of = lambda milliseconds: np.array([[milliseconds]], "timedelta64[ms]")
+    start = np.array([["2024-05-01T12:00:00"]], "datetime64[ms]")
+    nothing = np.array([[np.nan]])
+    rate = even(origin=start, specifiedAsRate=np.bool_(True), stepSize=of(0), sampleRate=np.array([[10.0]]))
+    step = even(origin=of(500), specifiedAsRate=np.bool_(False), stepSize=of(100), sampleRate=nothing)
+    for version, name in [("v7", "tables_v7.mat"), ("v7.3", "tables_v73.mat")]:
+        everything = {"T": table, "timed": timed, "dated": dated, "rate": rate, "step": step, "gain": np.array([[3.0]])}
+        save_to_mat(HERE / name, everything, version=version)
 
 
 def matlab_hdf5():
@@ -148,6 +179,7 @@ def ulog():
 csv()
 matlab()
 matlab_old()
+matlab_tables()
 matlab_hdf5()
 mcap()
 parquet()

@@ -4,6 +4,7 @@ use super::{Plate, over_time};
 use crate::calibrate::regression::Fit;
 use crate::paper::baseline::NominalRelation;
 use crate::paper::detection::{DetectionCase, Judged, MonitoredRun, sprt_boundary};
+use crate::paper::number::significant;
 use crate::paper::settings::{CUSUM_H, SHEWHART_LIMIT};
 use crate::plot::{Colour, Figure, Layer, Marker, Panel};
 
@@ -94,14 +95,14 @@ fn plane(shown: &Shown, baseline: &NominalRelation, run: &MonitoredRun) -> Plate
     let panel = Panel { x_label: "E_u".into(), y_label: "J_e = IAE".into(), layers, ..Panel::default() };
     let figure = Figure { title, ..Figure::single(panel) };
     let shows = format!(
-        "{:.1} % of {} windows lie outside the 95 % prediction band; the line through this run's windows is {:.4} + \
-         {:.3e} E_u (nominal {:.4} + {:.3e} E_u).",
+        "{:.1} % of {} windows lie outside the 95 % prediction band; the line through this run's windows is {} + {} E_u (nominal \
+         {} + {} E_u).",
         run.outside_pct(),
         run.judged.len(),
-        run.fault.b0,
-        run.fault.b1,
-        line.b0,
-        line.b1
+        significant(run.fault.b0, 4),
+        significant(run.fault.b1, 4),
+        significant(line.b0, 4),
+        significant(line.b1, 4)
     );
     Plate { file: shown.files[0], name: shown.names[0], figure, shows, published: shown.published[0].into() }
 }

@@ -85,12 +85,16 @@ pub struct Plan<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
 pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     /// The open strip.
     sums: S::Sums,
+    // The order of these two: from the first place of a word a host's compiler loads the whole word, which waits until the half that
+    // the tick before wrote has left the store buffer. On a controller the other order is the shorter code.
     /// The tick of the block that needs a closer look than the usual one: the last of a strip or, unless the readings
     /// before are known, the next. Counted from 1.
+    #[cfg(target_pointer_width = "64")]
     look_at: u16,
-    // Behind the other: from the first place of a word compilers load the whole word, which on a host waits until the half
-    // that the tick before wrote has left the store buffer.
     tick_in_block: u16,
+    /// As above.
+    #[cfg(not(target_pointer_width = "64"))]
+    look_at: u16,
     trace: S::Trace,
     blanking: <O::Blanking as BlankingKind>::State<N>,
     peaks: S::Peaks,
@@ -256,7 +260,9 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
                 done = self.strips::<3>(state, r, y, u);
             }
             if done > 0 {
-                let (Some(rs), Some(ys), Some(us)) = (r.get(done..), y.get(done..), u.get(done..)) else { return };
+                let (Some(rs), Some(ys), Some(us)) = (r.get(done..), y.get(done..), u.get(done..)) else {
+                    return;
+                };
                 (r, y, u) = (rs, ys, us);
                 continue;
             }
@@ -273,13 +279,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     /// So many whole strips side by side, where nothing in them needs a closer look and the block goes on behind them: each is
     /// summed by itself anyway, and a processor adds to several sums in the time of one. How many ticks they were.
     #[inline]
-    fn strips<const STRIPS: usize>(
-        &self,
-        state: &mut State<N, S, O, C>,
-        r: &[N],
-        y: &[N],
-        u: &[N],
-    ) -> usize {
+    fn strips<const STRIPS: usize>(&self, state: &mut State<N, S, O, C>, r: &[N], y: &[N], u: &[N]) -> usize {
         const TICKS: usize = STRIP_TICKS as usize;
         let first = u32::from(state.tick_in_block);
         // At the beginning of a strip with nothing rare in sight the next look is at its end.

@@ -79,6 +79,38 @@ proptest! {
         prop_assert_eq!(one_by_one, in_slices);
     }
 
+    /// The same of long blocks, whose strips are summed side by side where nothing rare happens: with limits of u, steps of r and
+    /// hostile numbers anywhere.
+    #[test]
+    fn long_blocks_do_not_depend_on_the_split(
+        cuts in prop::collection::vec(1usize..900, 1..20),
+        block in 33u32..400,
+        rare in prop::collection::vec((0usize..6000, 0usize..5), 0..12),
+        seed in 0u64..1000,
+    ) {
+        let config = Config::new(0.001, block, 3, channels()).with_blanking(20.0, 5).with_saturation(-50.0, 50.0);
+        let mut samples = noise(6000, seed);
+        for (at, what) in rare {
+            let (column, value) =
+                [(0, 30.0), (1, f32::NAN), (2, 50.0), (1, -0.0), (0, f32::INFINITY)][what];
+            samples[at][column] = value;
+        }
+        let column = |i: usize| samples.iter().map(|s| s[i]).collect::<Vec<_>>();
+        let (r, y, u) = (column(0), column(1), column(2));
+        let mut single = FullMonitor::<f32, 8>::new(config).unwrap();
+        let one_by_one: Vec<_> =
+            samples.iter().filter_map(|&[r, y, u]| single.tick(r, y, u).map(|r| format!("{r:?}"))).collect();
+        let mut sliced = FullMonitor::<f32, 8>::new(config).unwrap();
+        let (mut from, mut in_slices) = (0usize, Vec::new());
+        for cut in cuts.into_iter().chain([usize::MAX]) {
+            let to = from.saturating_add(cut).min(samples.len());
+            sliced.ticks(&r[from..to], &y[from..to], &u[from..to], |report| in_slices.push(format!("{report:?}")));
+            from = to;
+        }
+        prop_assert_eq!(one_by_one, in_slices);
+        prop_assert_eq!(format!("{:?}", single.state()), format!("{:?}", sliced.state()));
+    }
+
     #[test]
     fn count_reports_do_not_depend_on_the_split(cuts in prop::collection::vec(1usize..90, 1..40), seed in 0u64..1000) {
         let config = Config::new(0.001, 13, 4, [watched(ChannelKind::EnergyError(Index::Itae))]);

@@ -166,6 +166,13 @@ impl Law {
         self.integrator
     }
 
+    /// Takes over a sample of a pi that was computed elsewhere: the measured `y`, and where the integrator went.
+    #[inline]
+    pub(crate) fn went_on(&mut self, y: f64, integrator: f64) {
+        self.before = [y, self.before[0]];
+        self.integrator = integrator;
+    }
+
     /// The integrator with which the first sample's `u` would come out as given: how a recording starts it.
     /// Where that `u` is at a limit, it is the integrator that just reaches it.
     pub fn integrator_for(&self, r: f64, y: f64, u: f64) -> f64 {

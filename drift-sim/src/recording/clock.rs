@@ -10,7 +10,7 @@ use jiff::tz::TimeZone;
 use super::date::{DateOrder, Moment, Writing};
 use super::decimal::{DecimalMark, parse_number};
 use super::row::{excerpt, not_a_number};
-use super::stamp::{Stamp, TimeUnit};
+use super::stamp::{Shortest, Stamp, TimeUnit};
 use crate::{Error, Result};
 
 pub(super) use super::date::is_date_or_time;
@@ -27,6 +27,8 @@ pub(super) struct Clock {
     column: String,
     /// What numbers count.
     unit: TimeUnit,
+    /// Of numbers that come without their text.
+    shortest: Shortest,
     kind: Kind,
     /// Which comes first where a date is written 5/1/2024.
     order: Option<DateOrder>,
@@ -63,7 +65,8 @@ impl Clock {
             _ => 0,
         };
         let unit = TimeUnit::of(exponent);
-        Ok(Self { column: column.to_owned(), unit, kind: Kind::NotSeen, order, last_s: 0.0, days: 0.0 })
+        let (column, shortest, kind) = (column.to_owned(), Shortest::default(), Kind::NotSeen);
+        Ok(Self { column, unit, shortest, kind, order, last_s: 0.0, days: 0.0 })
     }
 
     /// What the cells count, once they are known to be numbers.
@@ -92,25 +95,44 @@ impl Clock {
                 return Err(not_a_number(cell, &self.column));
             }
         }
-        self.date(cell)
+        let text = String::from_utf8_lossy(cell);
+        match Moment::parse(&text) {
+            Some(moment) => self.date(&moment, || text.clone().into_owned()),
+            None => Err(self.refused(&text, "is neither a number nor a date", DATE_EXAMPLE)),
+        }
     }
 
-    fn date(&mut self, cell: &[u8]) -> Result<Stamp> {
-        let text = String::from_utf8_lossy(cell);
-        let Some(moment) = Moment::parse(&text) else {
-            return Err(self.refused(&text, "is neither a number nor a date", DATE_EXAMPLE));
-        };
+    /// The time that a number states, as the shortest text that reads back as it does; `None` where [`Self::read`] has to say
+    /// what that text means.
+    #[inline]
+    pub fn number(&mut self, time: f64) -> Option<Stamp> {
+        if matches!(self.kind, Kind::Dates { .. }) {
+            return None;
+        }
+        let stamp = self.shortest.stamp(time)?;
+        self.kind = Kind::Numbers;
+        Some(self.unit.scale(stamp))
+    }
+
+    /// The time of a date that reads as `text`, s.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn date(&mut self, moment: &Moment, text: impl Fn() -> String) -> Result<Stamp> {
         if self.order.is_none() {
             self.order = moment.order();
         }
-        if self.kind == Kind::NotSeen || self.kind == Kind::Numbers {
-            self.kind = Kind::Dates { origin: moment.clone(), text: text.clone().into_owned() };
-        }
-        let Kind::Dates { origin, .. } = self.kind.clone() else { return Ok(Stamp::default()) };
+        let origin = match &self.kind {
+            Kind::Dates { origin, .. } => origin.clone(),
+            Kind::NotSeen | Kind::Numbers => {
+                self.kind = Kind::Dates { origin: moment.clone(), text: text() };
+                moment.clone()
+            }
+        };
         if origin.writing != moment.writing {
-            return Err(self.refused(&text, "is not written like the dates before", DATE_EXAMPLE));
+            return Err(self.refused(&text(), "is not written like the dates before", DATE_EXAMPLE));
         }
-        let mut t_s = self.since(&origin, &moment, &text)?;
+        let mut t_s = self.since(&origin, moment, text)?;
         if moment.writing == Writing::TimeOfDay {
             self.days += f64::from(u8::from(t_s + self.days * DAY_S < self.last_s - 0.5 * DAY_S));
             t_s += self.days * DAY_S;
@@ -121,14 +143,11 @@ impl Clock {
 
     /// From the first date to this one, s. Where day and month could be either way round, the first change of the date
     /// decides: rows are not more than a day apart.
-    fn since(&mut self, origin: &Moment, moment: &Moment, text: &str) -> Result<f64> {
+    fn since(&mut self, origin: &Moment, moment: &Moment, text: impl Fn() -> String) -> Result<f64> {
         let between = |order: DateOrder| Some(seconds(moment.at(order)?, origin.at(order)?));
-        let impossible = |clock: &Self| clock.refused(text, "is no date", DATE_EXAMPLE);
-        if moment.is_sure() || moment.is_same_day(origin) {
-            return between(self.order.unwrap_or(DateOrder::DayFirst)).ok_or_else(|| impossible(self));
-        }
-        if let Some(order) = self.order {
-            return between(order).ok_or_else(|| impossible(self));
+        if moment.is_sure() || moment.is_same_day(origin) || self.order.is_some() {
+            return between(self.order.unwrap_or(DateOrder::DayFirst))
+                .ok_or_else(|| self.refused(&text(), "is no date", DATE_EXAMPLE));
         }
         let is_next = |t_s: &f64| *t_s > self.last_s && t_s - self.last_s <= STEP_MAX_S;
         let [day, month] = [DateOrder::DayFirst, DateOrder::MonthFirst];
@@ -137,7 +156,7 @@ impl Clock {
             (None, Some(t_s)) => (month, t_s),
             _ => {
                 let what = "could have the day or the month first";
-                return Err(self.refused(text, what, "--dates day-first or --dates month-first"));
+                return Err(self.refused(&text(), what, "--dates day-first or --dates month-first"));
             }
         };
         self.order = Some(order);

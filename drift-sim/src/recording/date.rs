@@ -70,6 +70,12 @@ const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 
 impl Moment {
+    /// A point in time that is written with the year first and so many digits behind the seconds: with Z, or without a zone.
+    pub fn year_first(at: Timestamp, is_utc: bool, fraction_digits: i32) -> Self {
+        let writing = if is_utc { Writing::Zoned } else { Writing::Local };
+        Self { writing, fraction_digits, when: When::At(at) }
+    }
+
     /// `None` for what is no date and no time of the day.
     pub fn parse(text: &str) -> Option<Self> {
         // Every one has two or more signs between digits: most other text is told by a glance.

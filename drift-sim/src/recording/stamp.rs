@@ -1,5 +1,7 @@
 //! A time stamp as text: its value and how finely it is written, which is all the rounding that can be read off it.
 
+use crate::shortest;
+
 /// A time stamp and how finely it is written.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Stamp {
@@ -41,6 +43,65 @@ impl Stamp {
     /// A time that was written with so many decimals.
     pub fn written_to(t_s: f64, decimals: i32) -> Self {
         Self { t_s, decimals, digits: f64::DIGITS as i32 }
+    }
+}
+
+/// Decimals up to which ten to their number is a double, and digits of which every number has a double of its own.
+const EXACT: (i32, f64) = (22, 1e15);
+
+/// Stamps that come as numbers: each is taken as the shortest text that reads back as it.
+#[derive(Debug, Clone)]
+pub(super) struct Shortest {
+    /// Decimals that stamps had so far, and ten to their number.
+    decimals: i32,
+    scale: f64,
+    /// Room for a text.
+    text: Vec<u8>,
+}
+
+impl Default for Shortest {
+    fn default() -> Self {
+        Self { decimals: 0, scale: 1.0, text: Vec::new() }
+    }
+}
+
+impl Shortest {
+    /// `None` where it is not a finite number.
+    #[inline]
+    pub fn stamp(&mut self, t_s: f64) -> Option<Stamp> {
+        // No two numbers of up to 15 digits have the same double: one of them that reads back as the stamp is the shortest text,
+        // but for zeros at its end.
+        let whole = libm::round(t_s.abs() * self.scale);
+        #[expect(
+            clippy::float_cmp,
+            reason = "a division rounds to the very number that the text would be read as"
+        )]
+        let is_text = whole < EXACT.1 && whole / self.scale == t_s.abs();
+        if !is_text {
+            return if t_s.is_finite() { self.by_text(t_s) } else { None };
+        }
+        let (mut count, mut decimals) = (whole as u64, self.decimals);
+        if count == 0 {
+            return Some(Stamp { t_s, decimals: 0, digits: 0 });
+        }
+        while decimals > 0 && count.is_multiple_of(10) {
+            count /= 10;
+            decimals -= 1;
+        }
+        Some(Stamp { t_s, decimals, digits: count.ilog10() as i32 + 1 })
+    }
+
+    /// The stamp by its text, whose decimals later ones may have too.
+    #[inline(never)]
+    fn by_text(&mut self, t_s: f64) -> Option<Stamp> {
+        self.text.clear();
+        shortest::push(&mut self.text, t_s);
+        let stamp = Stamp::written_as(t_s, &self.text)?;
+        let is_exact = stamp.decimals <= EXACT.0 && stamp.digits <= f64::DIGITS as i32;
+        if is_exact && stamp.decimals > self.decimals {
+            (self.decimals, self.scale) = (stamp.decimals, libm::pow(10.0, f64::from(stamp.decimals)));
+        }
+        Some(stamp)
     }
 }
 
@@ -151,5 +212,22 @@ mod tests {
             assert!((step / step_s - 1.0).abs() < 1e-9, "{text}: {step}");
         }
         assert_eq!(Stamp::parse(b"inf"), None);
+    }
+
+    /// Against the text that the standard library writes.
+    #[test]
+    fn a_number_is_the_shortest_text_that_reads_back_as_it() {
+        let grids = [1.0, 0.1, 0.066, 0.001, 1e-5, 1e-9, 1.0 / 3.0, 1e6, 1e15];
+        let counts = || (0..2000_u32).chain([99_999, 100_000, 1_000_000, u32::MAX]).map(f64::from);
+        let near = |t: f64| [t, -t, t.next_up(), t.next_down(), t + 1.7e9];
+        for grid in grids {
+            let mut shortest = Shortest::default();
+            let on_grid = counts().flat_map(|k| [k * grid, (k * grid * 1e6).round() / 1e6]);
+            for t_s in on_grid.flat_map(near).chain([1e22, 1e23, f64::MAX, 5e-324, 9_007_199_254_740_993.0]) {
+                assert_eq!(shortest.stamp(t_s), Stamp::parse(t_s.to_string().as_bytes()), "{t_s}");
+            }
+        }
+        assert_eq!(Shortest::default().stamp(f64::NAN), None);
+        assert_eq!(Shortest::default().stamp(f64::INFINITY), None);
     }
 }

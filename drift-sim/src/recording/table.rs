@@ -5,8 +5,10 @@
 
 use super::choice::{Choice, Reference};
 use super::clock::Clock;
+use super::dates::Dates;
 use super::decimal::DecimalMark;
 use super::row::{Row, Rows, not_a_number};
+use super::stamp::Stamp;
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 
@@ -19,6 +21,8 @@ pub enum Cells {
     Single(Vec<f32>),
     /// Text: dates, modes, numbers as they are written.
     Text(Vec<Option<String>>),
+    /// Dates as whole numbers.
+    Dates(Dates),
 }
 
 impl Cells {
@@ -27,6 +31,18 @@ impl Cells {
             Self::Double(values) => values.len(),
             Self::Single(values) => values.len(),
             Self::Text(values) => values.len(),
+            Self::Dates(dates) => dates.len(),
+        }
+    }
+
+    /// Takes all rows out; what they took stays for those to come.
+    #[cfg(feature = "parquet")]
+    pub(super) fn clear(&mut self) {
+        match self {
+            Self::Double(values) => values.clear(),
+            Self::Single(values) => values.clear(),
+            Self::Text(values) => values.clear(),
+            Self::Dates(dates) => dates.since_1970.clear(),
         }
     }
 
@@ -39,6 +55,10 @@ impl Cells {
                 Some(Some(_)) => return None,
                 _ => None,
             },
+            Self::Dates(dates) => match dates.written(row) {
+                Some(_) => return None,
+                None => None,
+            },
         };
         Some(number.filter(|x| x.is_finite()).unwrap_or(f64::NAN))
     }
@@ -48,6 +68,7 @@ impl Cells {
             Self::Double(values) => values.get(row).map(|x| x.to_string()),
             Self::Single(values) => values.get(row).map(|x| x.to_string()),
             Self::Text(values) => values.get(row).cloned().flatten(),
+            Self::Dates(dates) => dates.written(row),
         }
         .unwrap_or_default()
     }
@@ -64,6 +85,16 @@ pub(super) trait Table {
     /// # Errors
     /// It is damaged, or takes more memory than there is.
     fn cells(&mut self, index: usize) -> Result<Cells>;
+}
+
+/// Rows that come batch by batch, in the memory of one batch.
+pub(super) trait Batches: Send {
+    /// The cells of the columns that are read, by the indices of all columns, all of one length; `None` at the end. What is left
+    /// of the batch before is given back.
+    ///
+    /// # Errors
+    /// The batch is damaged, or takes more memory than there is.
+    fn next(&mut self, before: Vec<Option<Cells>>) -> Result<Option<Vec<Option<Cells>>>>;
 }
 
 /// Columns that are in memory already.
@@ -90,8 +121,13 @@ pub(super) struct TableRows {
     choice: Choice,
     clock: Option<Clock>,
     notes: Vec<String>,
+    /// The row of `columns` that comes next, and how many they hold.
     next: usize,
     count: usize,
+    /// Rows read so far.
+    line: u64,
+    /// What comes after them.
+    further: Option<Box<dyn Batches>>,
 }
 
 impl TableRows {
@@ -118,22 +154,65 @@ impl TableRows {
             }
             columns.push(if is_used { Some(table.cells(index)?) } else { None });
         }
+        let mut rows = Self::of_batches(names, choice, None, options)?;
+        (rows.columns, rows.count, rows.notes) = (columns, count, notes);
+        Ok(rows)
+    }
+
+    /// Rows that come batch by batch, of which these columns were chosen.
+    ///
+    /// # Errors
+    /// The name of the column of time states a unit that is none.
+    pub fn of_batches(
+        names: Vec<String>,
+        choice: Choice,
+        further: Option<Box<dyn Batches>>,
+        options: &ReadOptions,
+    ) -> Result<Self> {
         let clock = choice.t.map(|t| Clock::of(&names[t], None, options.date_order)).transpose()?;
-        Ok(Self { columns, names, choice, clock, notes, next: 0, count })
+        let (columns, notes) = (Vec::new(), Vec::new());
+        Ok(Self { columns, names, choice, clock, notes, next: 0, count: 0, line: 0, further })
+    }
+
+    /// Goes to the next batch that holds rows; false at the end.
+    fn advance(&mut self) -> Result<bool> {
+        let Some(further) = &mut self.further else { return Ok(false) };
+        loop {
+            let Some(columns) = further.next(std::mem::take(&mut self.columns))? else { return Ok(false) };
+            (self.columns, self.next) = (columns, 0);
+            self.count = self.columns.iter().flatten().map(Cells::len).min().unwrap_or(0);
+            if self.count > 0 {
+                return Ok(true);
+            }
+        }
     }
 
     fn cells(&self, index: usize) -> Option<&Cells> {
         self.columns.get(index).and_then(Option::as_ref)
     }
 
+    /// The number in a row; most columns hold nothing else.
+    #[inline]
     fn number(&self, index: usize, row: usize) -> Result<f64> {
-        let Some(cells) = self.cells(index) else { return Ok(f64::NAN) };
+        match self.columns.get(index) {
+            Some(Some(Cells::Double(values))) => {
+                let number = values.get(row).copied().filter(|x| x.is_finite());
+                Ok(number.unwrap_or(f64::NAN))
+            }
+            Some(Some(cells)) => self.number_or_text(cells, index, row),
+            _ => Ok(f64::NAN),
+        }
+    }
+
+    #[inline(never)]
+    fn number_or_text(&self, cells: &Cells, index: usize, row: usize) -> Result<f64> {
         cells.number(row).ok_or_else(|| {
             let error = not_a_number(cells.text(row).as_bytes(), &self.names[index]);
             if row == 0 { error.allowed(self.choice.instead_of(index, &self.names)) } else { error }
         })
     }
 
+    #[inline]
     fn signal(&self, index: usize, row: usize, missing: &mut u64) -> Result<f64> {
         let number = self.number(index, row)?;
         *missing += u64::from(number.is_nan());
@@ -144,15 +223,41 @@ impl TableRows {
         self.cells(index).map_or_else(String::new, |cells| cells.text(row))
     }
 
+    /// The time in a row, which takes no text where it is a number or a date of its own.
+    #[inline]
+    fn stamp(&mut self, t: usize, at: usize) -> Result<Stamp> {
+        let Some(clock) = &mut self.clock else { return Ok(Stamp::default()) };
+        match self.columns.get(t).and_then(Option::as_ref) {
+            Some(Cells::Double(times)) => {
+                if let Some(stamp) = times.get(at).and_then(|time| clock.number(*time)) {
+                    return Ok(stamp);
+                }
+            }
+            Some(Cells::Dates(dates)) if self.choice.date.is_none() => {
+                if let Some(moment) = dates.moment(at) {
+                    return clock.date(&moment, || dates.written(at).unwrap_or_default());
+                }
+            }
+            _ => {}
+        }
+        self.stamp_by_text(t, at)
+    }
+
+    #[inline(never)]
+    fn stamp_by_text(&mut self, t: usize, at: usize) -> Result<Stamp> {
+        let mut cell = self.text(t, at);
+        if let Some(date) = self.choice.date.filter(|_| cell.contains(':')) {
+            cell = format!("{} {cell}", self.text(date, at));
+        }
+        match &mut self.clock {
+            Some(clock) => clock.read(cell.as_bytes(), &mut DecimalMark::Point),
+            None => Ok(Stamp::default()),
+        }
+    }
+
     fn parse(&mut self, at: usize, row: &mut Row, quality: &mut Quality) -> Result<()> {
         if let Some(t) = self.choice.t {
-            let mut cell = self.text(t, at);
-            if let Some(date) = self.choice.date.filter(|_| cell.contains(':')) {
-                cell = format!("{} {cell}", self.text(date, at));
-            }
-            if let Some(clock) = &mut self.clock {
-                row.stamp = clock.read(cell.as_bytes(), &mut DecimalMark::Point)?;
-            }
+            row.stamp = self.stamp(t, at)?;
         }
         row.r = match self.choice.r {
             Reference::Column(r) => self.signal(r, at, &mut quality.missing_r)?,
@@ -200,12 +305,13 @@ impl Rows for TableRows {
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
-        let at = self.next;
-        if at >= self.count {
+        if self.next >= self.count && !self.advance()? {
             return Ok(false);
         }
+        let at = self.next;
         self.next += 1;
-        row.line = self.next as u64;
+        self.line += 1;
+        row.line = self.line;
         self.parse(at, row, quality).map_err(|e| e.at_line(row.line))?;
         quality.rows += 1;
         Ok(true)

@@ -63,6 +63,28 @@ impl<const N: usize> Exact<N> {
         self.rate_state.iter().zip(&self.x).map(|(c, x)| c * x).sum::<f64>() + self.rate_drive * held
     }
 
+    /// Whether y is the first state alone, which follows the drive of its own sample.
+    pub fn shows_its_first_state(&self) -> bool {
+        let unit = |i: usize| if i == 0 { 1.0 } else { 0.0 };
+        #[expect(clippy::float_cmp, reason = "only these very numbers change nothing")]
+        let is_unit = self.c.iter().enumerate().all(|(i, c)| *c == unit(i));
+        is_unit && self.d == 0.0 && self.older.first() == Some(&0.0)
+    }
+
+    /// The state one sample after `x` under a drive that is not zero, where the plant shows its first state; `None` where it takes
+    /// [`Self::output`] and [`Self::advance`] to tell zeros and infinities apart.
+    #[inline(always)]
+    pub fn after(&self, x: &[f64; N], drive: f64) -> Option<[f64; N]> {
+        let free = times(&self.phi, x);
+        let is_usual = free.first().is_some_and(|free| *free != 0.0) && x.iter().sum::<f64>().is_finite();
+        is_usual.then(|| {
+            std::array::from_fn(|i| {
+                let before = if i == 0 { free[i] } else { free[i] + self.older[i] * drive };
+                before + self.newer[i] * drive
+            })
+        })
+    }
+
     #[inline]
     pub fn advance(&mut self, older: f64, newer: f64) {
         let free = times(&self.phi, &self.x);

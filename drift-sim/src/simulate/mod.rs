@@ -14,6 +14,7 @@
 
 mod body;
 mod delay_line;
+mod direct;
 mod driving;
 mod exact;
 mod law;
@@ -41,6 +42,7 @@ use crate::plant::Plant;
 use crate::{Error, Result};
 use body::{Body, Sample};
 use delay_line::DelayLine;
+use direct::Direct;
 use terms::Terms;
 
 /// Sub-steps of a sample where a term acts along the way.
@@ -104,6 +106,8 @@ pub struct Simulation {
     next_change: usize,
     /// Whether nothing acts besides the law ([`straight`]).
     is_plain: bool,
+    /// The law, where the loop is of the kind that takes the shortest path ([`direct`]).
+    direct: Option<Direct>,
     model: Loop,
 }
 
@@ -163,6 +167,7 @@ impl Simulation {
             changes,
             next_change: 0,
             is_plain: false,
+            direct: None,
             model: model.clone(),
         };
         simulation.is_plain = simulation.is_plain();
@@ -274,6 +279,7 @@ impl Simulation {
         self.sensor_noise = change.sensor_noise;
         change.body.state_mut().copy_from_slice(self.body.state());
         std::mem::swap(&mut self.body, &mut change.body);
+        self.direct = self.find_direct();
     }
 
     #[inline]

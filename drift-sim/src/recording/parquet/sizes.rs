@@ -6,6 +6,7 @@
 use ::parquet::file::metadata::ColumnChunkMetaData;
 use ::parquet::file::reader::ChunkReader;
 
+use super::file::HEADER_BYTES;
 use super::refused;
 use crate::recording::budget::Budget;
 use crate::{Error, Result};
@@ -36,7 +37,7 @@ pub(super) fn check_footer(file: &impl ChunkReader, budget: &Budget) -> Result<(
     budget.take(walk.entries * ENTRY_BYTES)
 }
 
-/// Takes what the largest page of a column's chunk unpacks to, and the chunk itself; the caller gives it back.
+/// Takes what unpacking the largest page of a column's chunk needs; the caller gives it back.
 pub(super) fn check_chunk(
     file: &impl ChunkReader,
     chunk: &ColumnChunkMetaData,
@@ -46,33 +47,58 @@ pub(super) fn check_chunk(
     let start = dictionary.filter(|at| *at > 0).map_or(data, |at| at.min(data));
     let (start, length) = (u64::try_from(start), u64::try_from(chunk.compressed_size()));
     let (Ok(start), Ok(length)) = (start, length) else { return Err(damaged()) };
-    if start.checked_add(length).is_none_or(|end| end > file.len()) {
-        return Err(damaged());
-    }
-    budget.take(length)?;
-    let bytes = file.get_bytes(start, length as usize).map_err(refused)?;
-    let (mut at, mut most) = (0, 0);
-    while let Some(rest) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
-        let mut walk = Walk { bytes: rest, at: 0, entries: 0 };
-        let (mut unpacked, mut packed, mut values) = (0_i64, 0_i64, 0_i64);
-        walk.fields(0, &mut |path, number| match path {
-            [2] => unpacked = number,
-            [3] => packed = number,
-            // The number of values of a data page, a dictionary page, a data page of the second version.
-            [5 | 7 | 8, 1] => values = number,
-            _ => {}
-        })?;
-        let [unpacked, packed, values] = [unpacked, packed, values].map(u64::try_from);
-        let (Ok(unpacked), Ok(packed), Ok(values)) = (unpacked, packed, values) else {
-            return Err(damaged());
-        };
-        most = most.max(unpacked.saturating_add(values.saturating_mul(VALUE_BYTES)));
-        at += walk.at + usize::try_from(packed).map_err(|_| damaged())?;
+    let end = start.checked_add(length).filter(|end| *end <= file.len()).ok_or_else(damaged)?;
+    let (mut at, mut most) = (start, 0);
+    while at < end {
+        let page = page(file, at, end, budget)?;
+        most = most.max(page.needs_bytes);
+        at = page.end;
     }
     // A dictionary stays while the pages that use it are read.
     let most = most.saturating_mul(2);
     budget.take(most)?;
-    Ok(length + most)
+    Ok(most)
+}
+
+/// What the header of a page says.
+struct Page {
+    needs_bytes: u64,
+    end: u64,
+}
+
+/// The page at a place; its header is read on until it is whole.
+fn page(file: &impl ChunkReader, at: u64, end: u64, budget: &Budget) -> Result<Page> {
+    let mut length = HEADER_BYTES as u64;
+    loop {
+        length = length.min(end - at);
+        budget.take(length)?;
+        let bytes = file.get_bytes(at, length as usize).map_err(refused);
+        let page = bytes.and_then(|bytes| page_of(&bytes, at));
+        budget.give_back(length);
+        if page.is_ok() || length == end - at {
+            return page;
+        }
+        length = length.saturating_mul(16);
+    }
+}
+
+fn page_of(bytes: &[u8], at: u64) -> Result<Page> {
+    let mut walk = Walk { bytes, at: 0, entries: 0 };
+    let (mut unpacked, mut packed, mut values) = (0_i64, 0_i64, 0_i64);
+    walk.fields(0, &mut |path, number| match path {
+        [2] => unpacked = number,
+        [3] => packed = number,
+        // The number of values of a data page, a dictionary page, a data page of the second version.
+        [5 | 7 | 8, 1] => values = number,
+        _ => {}
+    })?;
+    let [unpacked, packed, values] = [unpacked, packed, values].map(u64::try_from);
+    let (Ok(unpacked), Ok(packed), Ok(values)) = (unpacked, packed, values) else {
+        return Err(damaged());
+    };
+    let needs_bytes = unpacked.saturating_add(packed).saturating_add(values.saturating_mul(VALUE_BYTES));
+    let end = at.checked_add(walk.at as u64).and_then(|at| at.checked_add(packed)).ok_or_else(damaged)?;
+    Ok(Page { needs_bytes, end })
 }
 
 /// A walk over a struct.

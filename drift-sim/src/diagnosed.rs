@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::control_loop::Loop;
+use crate::diagnose::cause::Cause;
 use crate::diagnose::healthy::Healthy;
 use crate::diagnose::signals::Signals;
 use crate::diagnose::{Diagnosis, diagnose, page, report};
+use crate::plan::{self, Recorded};
 use crate::recording::{ColumnMap, Recording};
-use crate::report::Page;
+use crate::report::{Block, Page, Section};
 use crate::sentences::Clock;
 use crate::{Result, init};
 
@@ -47,6 +49,8 @@ pub struct Diagnosed {
     loop_file: Option<PathBuf>,
     columns: ColumnMap,
     clock: Clock,
+    /// What the recording left open, and which experiment would tell it apart.
+    experiment: Option<String>,
 }
 
 impl Question {
@@ -74,7 +78,9 @@ impl Question {
             Healthy::of(&model, &healthy).diagnose(&train, unseen)?
         };
         let clock = recording.clock();
-        Ok(Diagnosed { found, train, holdout, recording_file, loop_file, columns: recording.columns, clock })
+        let experiment = plan::proposal(&found, Recorded::of(&train), &model, loop_file.as_deref());
+        let columns = recording.columns;
+        Ok(Diagnosed { found, train, holdout, recording_file, loop_file, columns, clock, experiment })
     }
 }
 
@@ -94,6 +100,11 @@ impl Diagnosed {
         self.holdout.as_ref().map_or(&self.train, |(_, signals, _)| signals)
     }
 
+    /// Which experiment would tell apart what the recording left open, and what to type for it.
+    pub fn experiment(&self) -> Option<&str> {
+        self.experiment.as_deref()
+    }
+
     /// The page for people; `command` is the command line that makes it.
     pub fn page(&self, command: String) -> Page {
         let holdout = self.holdout.as_ref();
@@ -107,11 +118,22 @@ impl Diagnosed {
             clock: self.clock,
             holdout_clock: holdout.map_or(self.clock, |(_, _, clock)| *clock),
         };
-        page::page(&self.found, &case, command)
+        let mut page = page::page(&self.found, &case, command);
+        if let Some(experiment) = &self.experiment {
+            page.sections.insert(0, Section::new("The experiment to run", vec![Block::Text(experiment.clone())]));
+        }
+        page
     }
 
     /// The document for programs; `model` is where the improved loop was written.
     pub fn json(&self, model: Option<&str>) -> Value {
-        report::json(&self.found, model, &self.clock, self.start_s())
+        let mut document = report::json(&self.found, model, &self.clock, self.start_s());
+        if let Value::Object(document) = &mut document {
+            let causes = self.found.causes.iter().map(Cause::to_json).collect();
+            document.insert("experiment_to_run".into(), self.experiment.clone().into());
+            document.insert("causes".into(), Value::Array(causes));
+            document.insert("recorded".into(), Recorded::of(&self.train).to_json());
+        }
+        document
     }
 }

@@ -9,6 +9,7 @@
 
 pub mod by_direction;
 pub mod candidates;
+pub mod cause;
 mod closed_loop;
 mod conclude;
 pub mod constant_load;
@@ -187,6 +188,8 @@ pub struct Diagnosis {
     pub candidates: Vec<(&'static str, f64)>,
     /// All kinds that were fitted beside the refitted model, with the log-likelihood that each gains.
     pub rivals: Vec<(&'static str, f64)>,
+    /// What an experiment would have to tell apart, with numbers; empty where the search by prediction error concluded.
+    pub causes: Vec<cause::Cause>,
     /// The nominal parameters.
     pub parameters: Vec<Refitted>,
     /// Rivals that lost.

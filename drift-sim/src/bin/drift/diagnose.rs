@@ -94,6 +94,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let here = Terminal::here();
         let text = screen(found, diagnosed.clock(), diagnosed.start_s(), &here)
+            + &diagnosed.experiment().map_or_else(String::new, |text| here.wrapped("  experiment: ", text))
             + &sparkline::rows(found, diagnosed.shown(), &here);
         output::write_text(Path::new("-"), &text)?;
     }

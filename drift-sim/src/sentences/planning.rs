@@ -1,0 +1,53 @@
+//! What a plan says.
+
+use super::quantity::{percent, plain};
+use super::{Answer, KeyNumber};
+use crate::estimate::signals::range;
+use crate::physics::shown;
+use crate::plan::Plan;
+
+/// The answer.
+pub fn planning(plan: &Plan) -> Answer {
+    let units = plan.request.stated.unit_names();
+    let (low, high) = range(&plan.r);
+    let length = shown(plan.duration_s(), "s");
+    let what = plan.shape.name();
+    let not_told = plan.not_told();
+    let range_of = format!("r between {} and {}", plain(low, 4), shown(high, &units.y));
+    let all = plan.separation.pairs.iter().all(|pair| pair.chance < 0.5);
+    let sentence = if all {
+        "No reference within these limits tells apart what is left.".to_owned()
+    } else {
+        let mut what = what.to_owned();
+        if let Some(first) = what.get_mut(..1) {
+            first.make_ascii_uppercase();
+        }
+        let but = if not_told.is_empty() { "tell apart what is left" } else { "tell apart some of what is left" };
+        format!("{what} for {length}, {range_of}, {but}.")
+    };
+    let mut also = Vec::new();
+    if !not_told.is_empty() && !all {
+        let names: Vec<String> =
+            not_told.iter().take(3).map(|(a, b)| format!("{} from {}", plan.name(*a), plan.name(*b))).collect();
+        also.push(format!("It does not tell {}.", names.join(", nor ")));
+    }
+    if plan.is_continued() {
+        also.push(format!(
+            "Something began within the recording: the log that is diagnosed next must begin {} before the experiment, without a gap.",
+            shown(plan.before_s, "s")
+        ));
+    }
+    let mut numbers = vec![KeyNumber::new(
+        percent(100.0 * plan.chance()),
+        "least chance that the cause is named, whichever of those it is",
+    )];
+    let worst = plan.separation.pairs.iter().min_by(|a, b| a.chance.total_cmp(&b.chance));
+    if let Some(worst) = worst {
+        numbers.push(KeyNumber::new(
+            percent(100.0 * worst.chance),
+            format!("the hardest pair: {}, taken for {}", plan.name(worst.truth), plan.name(worst.rival)),
+        ));
+    }
+    numbers.push(KeyNumber::new(length, format!("of {}", plan.shape.name())));
+    Answer { status: None, sentence, also: also.join(" "), numbers }
+}

@@ -120,7 +120,8 @@ impl Diagnosed {
         };
         let mut page = page::page(&self.found, &case, command);
         if let Some(experiment) = &self.experiment {
-            page.sections.insert(0, Section::new("The experiment to run", vec![Block::Text(experiment.clone())]));
+            page.sections
+                .insert(0, Section::new("The experiment to run", vec![Block::Text(experiment.clone())]));
         }
         page
     }

@@ -27,13 +27,26 @@ fn causes() -> Vec<Cause> {
         None,
     ];
     let noise = CauseNoise { sensor_sd: 0.05, sensor_rho: 0.0, load_sd: 0.05, load_tau_s: 20.0 };
-    let cause = |term: Option<Term>| Cause { term, model: model.clone(), constant_load: 0.0, gain: 3.0, is_left: true, noise };
+    let cause = |term: Option<Term>| Cause {
+        term,
+        model: model.clone(),
+        constant_load: 0.0,
+        gain: 3.0,
+        is_left: true,
+        noise,
+    };
     terms.into_iter().map(cause).collect()
 }
 
 fn diagnosis(verdict: &str, causes: &[Cause]) -> Value {
-    let recorded =
-        Recorded { duration_s: 2000.0, r: 20.0, u: 12.0, r_range: [20.0, 20.0], r_rate: 0.0, reference: vec![(20.0, 4000)] };
+    let recorded = Recorded {
+        duration_s: 2000.0,
+        r: 20.0,
+        u: 12.0,
+        r_range: [20.0, 20.0],
+        r_rate: 0.0,
+        reference: vec![(20.0, 4000)],
+    };
     let causes: Vec<Value> = causes.iter().map(Cause::to_json).collect();
     json!({"schema": "drift.diagnosis/1", "verdict": verdict, "causes": causes, "recorded": recorded.to_json()})
 }
@@ -55,12 +68,15 @@ const PLAN: &str = "plan loop.toml --diagnosis d.json -o reference.csv";
 #[test]
 fn a_plan_keeps_its_limits_and_simulate_plays_it() {
     let folder = folder(&diagnosis("undecided", &causes()));
-    let line = format!("{PLAN} --r-min 15 --r-max 28 --r-rate 0.5 --u-min 5 --u-max 20 --json plan.json --report plan.html");
+    let line = format!(
+        "{PLAN} --r-min 15 --r-max 28 --r-rate 0.5 --u-min 5 --u-max 20 --json plan.json --report plan.html"
+    );
     let out = drift(folder.path(), &line);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let screen = String::from_utf8(out.stdout).unwrap();
-    assert!(screen.contains("tell apart") && screen.contains("drift diagnose EXPERIMENT.csv"), "{screen}");
-    let plan: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("plan.json")).unwrap()).unwrap();
+    assert!(screen.contains("told apart by") && screen.contains("drift diagnose EXPERIMENT.csv"), "{screen}");
+    let plan: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("plan.json")).unwrap()).unwrap();
     assert_eq!(plan["schema"], "drift.plan/1");
     let text = fs::read_to_string(folder.path().join("reference.csv")).unwrap();
     let rows: Vec<Vec<f64>> =
@@ -68,7 +84,10 @@ fn a_plan_keeps_its_limits_and_simulate_plays_it() {
     assert_eq!(Some(rows.len() as u64), plan["samples"].as_u64());
     assert_eq!((rows[0][0], rows[0][1]), (0.0, 20.0));
     assert!(rows.iter().all(|row| (15.0..=28.0).contains(&row[1]) && (5.0..=20.0).contains(&row[3])));
-    assert!(rows.windows(2).all(|pair| (pair[1][1] - pair[0][1]).abs() <= 0.25 + 1e-9), "0.5 a second at 0.5 s");
+    assert!(
+        rows.windows(2).all(|pair| (pair[1][1] - pair[0][1]).abs() <= 0.25 + 1e-9),
+        "0.5 a second at 0.5 s"
+    );
     let page = fs::read_to_string(folder.path().join("plan.html")).unwrap();
     assert!(page.contains("backlash") && page.contains("what each cause would answer"));
     let played = drift(folder.path(), "simulate loop.toml --reference reference.csv -o run.csv");
@@ -84,22 +103,55 @@ fn what_can_not_be_planned_is_one_line_and_writes_nothing() {
     one_cause.iter_mut().skip(1).for_each(|cause| cause.is_left = false);
     let cases = [
         (open.clone(), PLAN.to_owned(), "r never moved in the recording", "--r-min and --r-max"),
-        (open.clone(), format!("{PLAN} --r-min 21 --r-max 28"), "r is at 20 now, outside --r-min 21", "limits around"),
+        (
+            open.clone(),
+            format!("{PLAN} --r-min 21 --r-max 28"),
+            "r is at 20 now, outside --r-min 21",
+            "limits around",
+        ),
         (open.clone(), format!("{PLAN} --r-min 28 --r-max 15"), "leaves no room", "--r-min below --r-max"),
-        (open.clone(), format!("{PLAN} --r-min 15 --r-max 28 --u-min 50 --u-max 51"), "no reference", "wider limits of u"),
-        (open.clone(), format!("{PLAN} --r-min 15 --r-max 28 --duration 3"), "has 6 samples", "--duration of at least"),
-        (open.clone(), format!("{PLAN} --r-min 15 --r-max 28 --r-rate 0.00001"), "does not cross its range", "--r-rate"),
+        (
+            open.clone(),
+            format!("{PLAN} --r-min 15 --r-max 28 --u-min 50 --u-max 51"),
+            "no reference",
+            "wider limits of u",
+        ),
+        (
+            open.clone(),
+            format!("{PLAN} --r-min 15 --r-max 28 --duration 3"),
+            "has 6 samples",
+            "--duration of at least",
+        ),
+        (
+            open.clone(),
+            format!("{PLAN} --r-min 15 --r-max 28 --r-rate 0.00001"),
+            "does not cross its range",
+            "--r-rate",
+        ),
         (diagnosis("no_mismatch", &causes()), PLAN.to_owned(), "nothing to tell apart", "located, undecided"),
         (diagnosis("missing_physics", &one_cause), PLAN.to_owned(), "leaves one cause", "located, undecided"),
-        (json!({"schema": "drift.diagnosis/1", "verdict": "located"}), PLAN.to_owned(), "no numbers of its causes", "--loop"),
-        (json!({"schema": "drift.likelihood/1"}), PLAN.to_owned(), "schema 'drift.likelihood/1'", "drift diagnose --json"),
+        (
+            json!({"schema": "drift.diagnosis/1", "verdict": "located"}),
+            PLAN.to_owned(),
+            "no numbers of its causes",
+            "--loop",
+        ),
+        (
+            json!({"schema": "drift.likelihood/1"}),
+            PLAN.to_owned(),
+            "schema 'drift.likelihood/1'",
+            "drift diagnose --json",
+        ),
     ];
     for (document, line, what, allowed) in cases {
         let folder = folder(&document);
         let out = drift(folder.path(), &line);
         let error = String::from_utf8(out.stderr).unwrap();
         assert_eq!(out.status.code(), Some(1), "{line}: {error}");
-        assert!(error.contains(what) && error.contains(allowed) && error.lines().count() == 1, "{line}: {error}");
+        assert!(
+            error.contains(what) && error.contains(allowed) && error.lines().count() == 1,
+            "{line}: {error}"
+        );
         assert!(!folder.path().join("reference.csv").exists(), "{line}");
     }
     let unknown_law = folder(&open);

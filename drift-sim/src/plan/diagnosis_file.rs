@@ -58,16 +58,20 @@ impl OpenDiagnosis {
         })?;
         let schema = document.get("schema").and_then(Value::as_str);
         if schema != Some(SCHEMA) {
-            return Err(Error::new(format!("schema {}", schema.map_or("missing".into(), |s| format!("'{s}'"))))
-                .allowed(format!("'{SCHEMA}', as drift diagnose --json writes it")));
+            return Err(Error::new(format!(
+                "schema {}",
+                schema.map_or("missing".into(), |s| format!("'{s}'"))
+            ))
+            .allowed(format!("'{SCHEMA}', as drift diagnose --json writes it")));
         }
         let Some(verdict) = document.get("verdict").and_then(Value::as_str) else {
             return Err(Error::new("verdict is missing").allowed("a document of drift diagnose --json"));
         };
         let recorded = document.get("recorded").map(Recorded::from_json);
         let missing = || {
-            Error::new("the diagnosis has no numbers of its causes")
-                .allowed("a diagnosis of this drift, by its likelihood; give --loop, or a recording that moves more")
+            Error::new("the diagnosis has no numbers of its causes").allowed(
+                "a diagnosis of this drift, by its likelihood; give --loop, or a recording that moves more",
+            )
         };
         let causes = document.get("causes").and_then(Value::as_array).ok_or_else(missing)?;
         let causes = causes.iter().map(cause).collect::<Result<Vec<_>>>()?;
@@ -109,10 +113,13 @@ fn cause(document: &Value) -> Result<Cause> {
 }
 
 fn term(document: &Value) -> Result<Term> {
-    let wrong = |what: &str| Error::new(format!("a cause's physics lacks {what}")).allowed("as drift diagnose --json writes it");
+    let wrong = |what: &str| {
+        Error::new(format!("a cause's physics lacks {what}")).allowed("as drift diagnose --json writes it")
+    };
     let kind = document.get("kind").and_then(Value::as_str).ok_or_else(|| wrong("its kind"))?;
     let onset_s = document.get("onset_s").and_then(Value::as_f64).ok_or_else(|| wrong("onset_s"))?;
-    let numbers = document.get("parameters").and_then(Value::as_object).ok_or_else(|| wrong("its numbers"))?;
+    let numbers =
+        document.get("parameters").and_then(Value::as_object).ok_or_else(|| wrong("its numbers"))?;
     let numbers: Option<Vec<(&str, f64)>> =
         numbers.iter().map(|(name, value)| Some((name.as_str(), value.as_f64()?))).collect();
     let term = Term::new(kind, &numbers.ok_or_else(|| wrong("a number"))?)?.from_s(onset_s);

@@ -150,7 +150,8 @@ impl Request {
     /// `factor` times as telling, is not waited for.
     fn best_of(&self, tried: Vec<Tried>, factor: f64) -> Option<(Tried, bool)> {
         let is_asked = |pair: &Pair| {
-            let of = |tried: &Tried| tried.separation.pairs.iter().find(|p| p.is_of(pair)).map(|p| p.expected);
+            let of =
+                |tried: &Tried| tried.separation.pairs.iter().find(|p| p.is_of(pair)).map(|p| p.expected);
             factor * tried.iter().filter_map(of).fold(0.0, f64::max) >= HOPELESS
         };
         let judged = |t: &Tried| (t.separation.worst(is_asked), t.separation.mean());
@@ -195,8 +196,11 @@ impl Request {
                 .allowed("pi, pid, p-velocity: the experiment is rehearsed in closed loop"));
         }
         if let Some(input) = self.stated.inputs.first() {
-            return Err(Error::new(format!("the loop has the measured input '{}', and nobody knows it ahead", input.column))
-                .allowed("a loop file without [[inputs]]"));
+            return Err(Error::new(format!(
+                "the loop has the measured input '{}', and nobody knows it ahead",
+                input.column
+            ))
+            .allowed("a loop file without [[inputs]]"));
         }
         let is_of_loop = |cause: &Cause| {
             (self.stated.plant == Plant::Identify || self.stated.plant.kind() == cause.model.plant.kind())
@@ -214,24 +218,35 @@ impl Request {
         let [least, greatest] = recorded.r_range;
         let (low, high) = (self.limits.r_low.unwrap_or(least), self.limits.r_high.unwrap_or(greatest));
         if low >= high {
-            return Err(if least == greatest && (self.limits.r_low.is_none() || self.limits.r_high.is_none()) {
-                Error::new("r never moved in the recording, so that nothing is known of how far it may go")
+            return Err(
+                if least == greatest && (self.limits.r_low.is_none() || self.limits.r_high.is_none()) {
+                    Error::new(
+                        "r never moved in the recording, so that nothing is known of how far it may go",
+                    )
                     .allowed("--r-min and --r-max")
-            } else {
-                Error::new(format!("r from {low} to {high} leaves no room")).allowed("--r-min below --r-max")
-            });
+                } else {
+                    Error::new(format!("r from {low} to {high} leaves no room"))
+                        .allowed("--r-min below --r-max")
+                },
+            );
         }
         if !(low..=high).contains(&recorded.r) {
-            return Err(Error::new(format!("r is at {} now, outside --r-min {low} and --r-max {high}", recorded.r))
-                .allowed("limits around the present r, from which the experiment begins"));
+            return Err(Error::new(format!(
+                "r is at {} now, outside --r-min {low} and --r-max {high}",
+                recorded.r
+            ))
+            .allowed("limits around the present r, from which the experiment begins"));
         }
-        let rate = self.limits.r_rate.unwrap_or(if recorded.r_rate > 0.0 { recorded.r_rate } else { f64::INFINITY });
+        let rate =
+            self.limits.r_rate.unwrap_or(if recorded.r_rate > 0.0 { recorded.r_rate } else { f64::INFINITY });
         let most_change = rate * self.stated.sample_time_s;
         let longest = self.longest()? as f64;
         if most_change * longest < high - low {
             let least = 4.0 * (high - low) / (longest * self.stated.sample_time_s);
-            return Err(Error::new(format!("at {rate} a second r does not cross its range within the experiment"))
-                .allowed(format!("--r-rate of at least {least:.3e}, or a longer --duration")));
+            return Err(Error::new(format!(
+                "at {rate} a second r does not cross its range within the experiment"
+            ))
+            .allowed(format!("--r-rate of at least {least:.3e}, or a longer --duration")));
         }
         Ok(Room { from: recorded.r, low, high, most_change })
     }

@@ -66,16 +66,21 @@ impl Plan {
         ];
         if let Some(answer) = self.likeliest() {
             let (low, high) = range(&answer.u);
-            facts.push(("u, as the likeliest cause has it".into(), format!("from {} to {}", plain(low, 4), plain(high, 4))));
+            facts.push((
+                "u, as the likeliest cause has it".into(),
+                format!("from {} to {}", plain(low, 4), plain(high, 4)),
+            ));
         }
         facts.push(("References rehearsed".into(), self.tried.to_string()));
         facts
     }
 
     fn chances(&self) -> Section {
-        let rows = self.separation.named.iter().map(|(place, chance)| {
-            vec![self.name(*place), percent(100.0 * chance)]
-        });
+        let rows = self
+            .separation
+            .named
+            .iter()
+            .map(|(place, chance)| vec![self.name(*place), percent(100.0 * chance)]);
         let blocks = vec![
             Block::table(["if it is", "it is named, at least"], rows.collect()),
             Block::Note(
@@ -108,7 +113,8 @@ impl Plan {
     fn causes(&self) -> Section {
         let units = self.request.stated.unit_names();
         let rows = self.request.open.causes.iter().enumerate().map(|(place, cause)| {
-            let says = cause.term.as_ref().map_or_else(|| "Nothing is missing.".into(), |term| term.says(&units));
+            let says =
+                cause.term.as_ref().map_or_else(|| "Nothing is missing.".into(), |term| term.says(&units));
             let left = if cause.is_left { "left" } else { "next best" };
             vec![self.name(place), left.into(), plain(cause.gain, 3), says]
         });

@@ -15,7 +15,12 @@ const WORTH: f64 = 0.5;
 const MOST: usize = 12_000;
 
 /// The experiment and what to type; `None` where nothing is open, the law is unknown, or no numbers of the causes are known.
-pub fn proposal(found: &Diagnosis, recorded: Recorded, stated: &Loop, loop_file: Option<&Path>) -> Option<String> {
+pub fn proposal(
+    found: &Diagnosis,
+    recorded: Recorded,
+    stated: &Loop,
+    loop_file: Option<&Path>,
+) -> Option<String> {
     let is_open = matches!(found.verdict, Verdict::Located | Verdict::Undecided);
     let left = found.causes.iter().filter(|cause| cause.is_left).count();
     if !is_open || left < 2 || stated.controller == Controller::Recorded || !stated.inputs.is_empty() {

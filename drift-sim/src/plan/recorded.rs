@@ -94,9 +94,11 @@ fn held(r: &[f64]) -> Vec<(f64, usize)> {
 }
 
 fn reference(document: &Value) -> Result<Vec<(f64, usize)>> {
-    let wrong = || Error::new("recorded.reference is no list of held values").allowed("[[value, samples], ...]");
+    let wrong =
+        || Error::new("recorded.reference is no list of held values").allowed("[[value, samples], ...]");
     let run = |pair: &Value| {
-        let samples = usize::try_from(pair.get(1)?.as_u64()?).ok().filter(|samples| *samples < MOST_SAMPLES)?;
+        let samples =
+            usize::try_from(pair.get(1)?.as_u64()?).ok().filter(|samples| *samples < MOST_SAMPLES)?;
         Some((pair.get(0)?.as_f64()?, samples))
     };
     let runs: Option<Vec<(f64, usize)>> = document.as_array().ok_or_else(wrong)?.iter().map(run).collect();

@@ -228,7 +228,8 @@ fn normal(z: f64) -> f64 {
 fn refitted(mut fit: Fit, data: &Data) -> Fit {
     let last = fit.hypothesis.candidates().len().checked_sub(1);
     let own = last.map(|last| fit.hypothesis.places_of(last)).unwrap_or_default();
-    let is_peak = fit.hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak(_)));
+    let is_peak =
+        fit.hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak(_)));
     let fixed = if is_peak { own.clone() } else { Vec::new() };
     fit.descend(data, STEPS, &fixed);
     let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);

@@ -85,7 +85,8 @@ impl Shape {
                 let stairs = 2 * STAIRS;
                 let place = at * stairs as f64;
                 let (stair, within) = (place as usize, place.fract());
-                let height = |i: usize| if i < STAIRS { i + 1 } else { stairs - 1 - i } as f64 / STAIRS as f64;
+                let height =
+                    |i: usize| if i < STAIRS { i + 1 } else { stairs - 1 - i } as f64 / STAIRS as f64;
                 let up = if stair < STAIRS { 1.0 } else { -1.0 };
                 let back = if within > 0.7 { BACK / STAIRS as f64 } else { 0.0 };
                 (height(stair) - up * back).clamp(0.0, 1.0)
@@ -149,7 +150,8 @@ mod tests {
     fn ramps_go_up_and_down_at_one_speed() {
         let room = Room { from: 0.0, low: 0.0, high: 1.0, most_change: f64::INFINITY };
         let r = Shape::Ramps.reference(10_000, &room);
-        let speeds: Vec<f64> = r.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|s| *s > 1e-9).collect();
+        let speeds: Vec<f64> =
+            r.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|s| *s > 1e-9).collect();
         let (slowest, fastest) = crate::estimate::signals::range(&speeds);
         assert!(fastest < 1.01 * slowest + 1e-9 || speeds.len() > 9_000, "{slowest} {fastest}");
     }

@@ -18,17 +18,20 @@ pub fn planning(plan: &Plan) -> Answer {
     let sentence = if all {
         "No reference within these limits tells apart what is left.".to_owned()
     } else {
-        let mut what = what.to_owned();
-        if let Some(first) = what.get_mut(..1) {
-            first.make_ascii_uppercase();
-        }
-        let but = if not_told.is_empty() { "tell apart what is left" } else { "tell apart some of what is left" };
-        format!("{what} for {length}, {range_of}, {but}.")
+        let told = if not_told.is_empty() {
+            "What is left is told apart"
+        } else {
+            "Some of what is left is told apart"
+        };
+        format!("{told} by {what} for {length}, {range_of}.")
     };
     let mut also = Vec::new();
     if !not_told.is_empty() && !all {
-        let names: Vec<String> =
-            not_told.iter().take(3).map(|(a, b)| format!("{} from {}", plan.name(*a), plan.name(*b))).collect();
+        let names: Vec<String> = not_told
+            .iter()
+            .take(3)
+            .map(|(a, b)| format!("{} from {}", plan.name(*a), plan.name(*b)))
+            .collect();
         also.push(format!("It does not tell {}.", names.join(", nor ")));
     }
     if plan.is_continued() {

@@ -11,6 +11,7 @@ mod likelihood;
 mod look;
 mod man;
 mod monitor;
+mod number_argument;
 mod paper;
 mod plan;
 mod progress;

@@ -12,6 +12,7 @@ use drift_sim::sentences::{self, percent};
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result};
 
+use crate::number_argument::{finite, part, positive};
 use crate::progress::Progress;
 
 /// Proposes the reference, within limits, that tells apart what a diagnosis left, and says with which chance.
@@ -65,21 +66,6 @@ pub struct Arguments {
     report: Option<PathBuf>,
 }
 
-fn finite(text: &str) -> std::result::Result<f64, String> {
-    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "not a finite number".to_string())
-}
-
-fn positive(text: &str) -> std::result::Result<f64, String> {
-    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be > 0".to_string()) })
-}
-
-fn part(text: &str) -> std::result::Result<f64, String> {
-    let is_part = |value: f64| value > 0.0 && value < 1.0;
-    finite(text).and_then(|value| {
-        if is_part(value) { Ok(value) } else { Err("must lie between 0 and 1".to_string()) }
-    })
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let inputs: Vec<&Path> = vec![&arguments.loop_file, &arguments.diagnosis];
@@ -108,7 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     drop(progress);
     outputs.write_text(&arguments.output, &plan.csv())?;
     if let Some(path) = &arguments.report {
-        let file = arguments.output.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let file =
+            arguments.output.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         outputs.write_text(path, &plan.page(command_line(std::env::args_os()), &file).to_html()?)?;
     }
     if let Some(path) = &arguments.json {
@@ -133,9 +120,7 @@ fn screen(plan: &Plan, arguments: &Arguments, terminal: &Terminal) -> String {
         text += &terminal.wrapped(&name, &format!("named with a chance of {}", percent(100.0 * chance)));
     }
     let log = if plan.is_continued() { "LOG.csv" } else { "EXPERIMENT.csv" };
-    text += &terminal.wrapped(
-        "  then: ",
-        &format!("drift diagnose {log} --loop {}", arguments.loop_file.display()),
-    );
+    text += &terminal
+        .wrapped("  then: ", &format!("drift diagnose {log} --loop {}", arguments.loop_file.display()));
     text
 }

@@ -80,7 +80,11 @@ fn the_expected_ratio_and_its_chance_are_those_of_experiments_drawn_one_by_one()
     let error = libm::sqrt(2.0 * expected / n);
     assert!((4.0..60.0).contains(&expected), "neither sure nor hopeless: {expected}");
     assert!((mean - expected).abs() < 4.0 * error + 1.0, "{mean} drawn, {expected} predicted");
-    assert!((0.3..2.5).contains(&(variance / (2.0 * expected))), "{variance} drawn, {} predicted", 2.0 * expected);
+    assert!(
+        (0.3..2.5).contains(&(variance / (2.0 * expected))),
+        "{variance} drawn, {} predicted",
+        2.0 * expected
+    );
     let bar = expected - 0.5 * libm::sqrt(2.0 * expected);
     let passed = ratios.iter().filter(|ratio| **ratio > bar).count() as f64 / n;
     let chance = passes(expected, expected, bar);
@@ -109,7 +113,8 @@ fn what_began_within_the_recording_is_told_apart_by_a_log_of_both() {
     let before = recorded.last_reference(2000);
     let stage = Stage { stated: &model, recorded: &recorded, before: &before };
     let court = Court { stage, causes: &causes, options: &options, seed: 0 };
-    let r = Shape::Steps.reference(2000, &Room { from: 20.0, low: 10.0, high: 30.0, most_change: f64::INFINITY });
+    let r =
+        Shape::Steps.reference(2000, &Room { from: 20.0, low: 10.0, high: 30.0, most_change: f64::INFINITY });
     let pair = court.separation(&r).unwrap().pairs[0];
     assert!(pair.expected > 20.0 && pair.chance > 0.9, "{pair:?}");
 }

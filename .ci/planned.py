@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Whether the experiments that `drift plan` proposes name what a recording left open: on cases of the sibling generator's wide.py.
 
-usage: planned.py GENERATOR OUT --tool drift [--seed N] [--count N] [--know WORD,...] [--excite WORD,...] [--json FILE]
+usage: planned.py GENERATOR OUT --tool drift [--seed N] [--count N] [--know WORD,...] [--excite WORD,...] [--samples N] [--json FILE]
 
-Each case's train.csv is diagnosed. Where the verdict is located or undecided, `drift plan` proposes a reference within the loop's usual range of r; the
+Of each case's train.csv a part is diagnosed, N samples from the beginning, or about the onset of what is hidden. Where the verdict is located or undecided, `drift plan` proposes a reference within the loop's usual range of r; the
 generator, which is independent of this project, goes on with the case's own simulation over it (its effect, its process noise and its
 sensor's noise among it), and the result is diagnosed as the plan says. Right and wrong are judged as score.py does. Where nothing is hidden, nothing may
 be named. Prints one line a case, then the table.
@@ -17,6 +17,8 @@ import sys
 
 import numpy as np
 
+# The longest experiment, in lengths of the recording.
+LONGEST = 2
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
@@ -47,7 +49,8 @@ def make(asked):
         write_csv(path, ts, r, y, u)
         if os.path.basename(path) == "train.csv":
             run = next(run for of, run in reversed(runs) if of is y)
-            np.savez(os.path.join(os.path.dirname(path), "run.npz"), usual_low=usual["r"].min(), usual_high=usual["r"].max(), **run)
+            np.savez(os.path.join(os.path.dirname(path), "run.npz"), usual_low=usual["r"].min(), usual_high=usual["r"].max(), usual_rate=np.abs(np.diff(usual["r"])).max() / ts,
+                     **run)
 
     g.simulate, g.write_csv, wide.family = kept, written, kept_family
     wide.EXCITE = asked.excite.split(",")
@@ -70,14 +73,32 @@ def gone_on(rng, past, samples):
     return out
 
 
-def played(g, case, reference, out, before_s, seed):
+def part_of(run, label, samples):
+    """From and to which sample of a case's run its recording is."""
+    onset = int(label["onset_s"] / float(run["ts"]))
+    first = min(max(onset - samples // 2, 0), max(len(run["r"]) - samples, 0))
+    return first, min(first + samples, len(run["r"]))
+
+
+def cut(case, first, last):
+    """The part of train.csv as a recording of its own."""
+    with open(os.path.join(case, "train.csv")) as file:
+        head, rows = file.readline(), file.readlines()[first:last]
+    start = float(rows[0].split(",")[0])
+    with open(os.path.join(case, "now.csv"), "w") as file:
+        file.write(head)
+        for row in rows:
+            t, rest = row.split(",", 1)
+            file.write(f"{float(t) - start:.9g},{rest}")
+
+
+def played(g, run, last, reference, out, before_s, seed):
     """Goes on with a case over the reference's r; writes the experiment, and the log before it that is to be diagnosed with it."""
-    run = dict(np.load(os.path.join(case, "run.npz")))
     rng = np.random.default_rng(seed)
     r = np.loadtxt(reference, delimiter=",", skiprows=1, usecols=1)
-    old, ts = len(run["r"]), float(run["ts"])
-    joined = np.concatenate([run["r"], r])
-    noise, process = (np.concatenate([run[name], gone_on(rng, run[name], len(r))]) for name in ("noise", "process"))
+    old, ts = last, float(run["ts"])
+    joined = np.concatenate([run["r"][:old], r])
+    noise, process = (np.concatenate([run[name][:old], gone_on(rng, run[name][:old], len(r))]) for name in ("noise", "process"))
     y, u, _ = g.simulate(int(run["fam"]), joined, ts, int(run["sub"]), run["pl"], run["ct"], run["ef"], noise, float(run["u0"]), float(run["y0"]), process)
     first = max(old - int(round(before_s / ts)), 0)
     g.write_csv(out, ts, joined[first:], y[first:], u[first:])
@@ -105,22 +126,25 @@ def experiment(g, asked, name, label):
     """None where the case's recording tells by itself."""
     case = os.path.join(asked.out, name)
     at = lambda file: os.path.join(case, file)
-    first = diagnosed(asked.tool, case, at("train.csv"), at("first.json"))
+    run = dict(np.load(at("run.npz")))
+    begin, end = part_of(run, label, asked.samples)
+    cut(case, begin, end)
+    first = diagnosed(asked.tool, case, at("now.csv"), at("first.json"))
     if first is None or first["verdict"] not in ("located", "undecided"):
         return None
-    run = np.load(at("run.npz"))
-    low, high = (f(float(run[end]), float(run["r"][-1])) for f, end in ((min, "usual_low"), (max, "usual_high")))
+    ts, now = float(run["ts"]), float(run["r"][end - 1])
+    low, high = min(float(run["usual_low"]), now), max(float(run["usual_high"]), now)
     planned = subprocess.run([asked.tool, "plan", at("loop.toml"), "--diagnosis", at("first.json"), "-o", at("reference.csv"), "--json", at("plan.json"),
-                              "--r-min", repr(low), "--r-max", repr(high)], capture_output=True, text=True, timeout=900)
+                              "--r-min", repr(low), "--r-max", repr(high), "--r-rate", repr(float(run["usual_rate"])), "--duration", repr(LONGEST * (end - begin) * ts)], capture_output=True, text=True, timeout=900)
     row = dict(case=name, kind=label["kind"], also=label.get("also"), know=label["know"], excite=label["excite"], silent=label["silent"], verdict=first["verdict"])
     if planned.returncode:
         return dict(row, outcome="no plan", why=planned.stderr.strip().splitlines()[-1])
     plan = json.load(open(at("plan.json")))
-    played(g, case, at("reference.csv"), at("experiment.csv"), plan["before_s"], asked.seed)
+    played(g, run, end, at("reference.csv"), at("experiment.csv"), plan["before_s"], asked.seed)
     found = diagnosed(asked.tool, case, at("experiment.csv"), at("second.json"))
     named = [[p["kind"], *p["indistinguishable_from"]] for p in (found or {}).get("physics", [])]
     return dict(row, outcome=outcome(label, found), named=named, then=(found or {}).get("verdict"), chance=plan["chance"], reference=plan["reference"],
-                seconds=plan["duration_s"], old_seconds=len(run["r"]) * float(run["ts"]), before_s=plan["before_s"], not_told=plan["not_told_apart"])
+                seconds=plan["duration_s"], old_seconds=(end - begin) * ts, before_s=plan["before_s"], not_told=plan["not_told_apart"])
 
 
 def main():
@@ -131,7 +155,8 @@ def main():
     parser.add_argument("--seed", type=int, default=9100)
     parser.add_argument("--count", type=int, default=36)
     parser.add_argument("--know", default="model,rough,law")
-    parser.add_argument("--excite", default="small,rest,one-step")
+    parser.add_argument("--excite", default="usual,steps,small,rest,one-step")
+    parser.add_argument("--samples", type=int, default=2000)
     parser.add_argument("--json")
     asked = parser.parse_args()
     g = make(asked)

@@ -262,7 +262,12 @@ fn diagnose_with(
         Judged::Doubted(undecided) => {
             let other = by_prediction_error().ok();
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
-            return Ok(other.unwrap_or(*undecided));
+            // What an experiment would have to tell apart has numbers in the likelihood alone.
+            return Ok(match other {
+                Some(found) if found.physics.is_empty() => Diagnosis { causes: undecided.causes, ..found },
+                Some(found) => found,
+                None => *undecided,
+            });
         }
         Judged::Nothing => return by_prediction_error(),
     };

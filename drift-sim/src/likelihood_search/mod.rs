@@ -18,7 +18,7 @@ mod law;
 mod locate;
 pub mod loop_likelihood;
 mod missing_drive;
-mod nominal;
+pub(crate) mod nominal;
 pub mod options;
 pub(crate) mod plants;
 pub mod prove;

@@ -94,6 +94,9 @@ const MOST: usize = 40_000;
 const SMALLER: [f64; 4] = [1.0, 0.6, 0.35, 0.2];
 /// A pair is hopeless where the longest experiment would bring less than this, in log-likelihood, were it this many times as telling a second.
 const HOPELESS: f64 = 10.0;
+/// How often r may cross its range within the longest experiment: where nothing is known of its rate, and where a rate is called too slow.
+const OF_ITSELF: f64 = 40.0;
+const SLOWEST: f64 = 4.0;
 /// Samples of an experiment for each of the recording before it, at least: of a log's last part a fit sees nothing.
 const WEIGHT: f64 = 0.75;
 const MORE_TELLING: f64 = 2.0;
@@ -237,12 +240,13 @@ impl Request {
             ))
             .allowed("limits around the present r, from which the experiment begins"));
         }
-        let rate =
-            self.limits.r_rate.unwrap_or(if recorded.r_rate > 0.0 { recorded.r_rate } else { f64::INFINITY });
-        let most_change = rate * self.stated.sample_time_s;
         let longest = self.longest()? as f64;
+        // A recording that hardly moves says nothing of how fast r may.
+        let of_itself = (high - low) * OF_ITSELF / (longest * self.stated.sample_time_s);
+        let rate = self.limits.r_rate.unwrap_or_else(|| recorded.r_rate.max(of_itself));
+        let most_change = rate * self.stated.sample_time_s;
         if most_change * longest < high - low {
-            let least = 4.0 * (high - low) / (longest * self.stated.sample_time_s);
+            let least = SLOWEST * (high - low) / (longest * self.stated.sample_time_s);
             return Err(Error::new(format!(
                 "at {rate} a second r does not cross its range within the experiment"
             ))

@@ -12,7 +12,7 @@ use crate::sentences::{percent, planning};
 const ASKED: f64 = 0.98;
 const WORTH: f64 = 0.5;
 /// Samples of the longest reference that is rehearsed for a report: a report is not to take longer for it.
-const MOST: usize = 12_000;
+const MOST: usize = 6_000;
 
 /// The experiment and what to type; `None` where nothing is open, the law is unknown, or no numbers of the causes are known.
 pub fn proposal(

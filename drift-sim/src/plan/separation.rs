@@ -17,6 +17,7 @@ use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
 use crate::likelihood_search::decide::cost_of;
+use crate::likelihood_search::nominal::with_noise;
 use crate::likelihood_search::options::Options;
 use crate::likelihood_search::plants::guessing;
 use crate::likelihood_search::prove::gained;
@@ -24,8 +25,12 @@ use crate::physics::Starts;
 use crate::plant::Plant;
 
 /// Steps of a rival's refit, and more once its rough numbers have moved.
-const STEPS: usize = 6;
+const STEPS: usize = 10;
 const MORE_STEPS: usize = 3;
+/// A rival is far behind from this of the objective on.
+const FAR: f64 = 8.0;
+/// A load of middling size: the logarithm of it over the drive's, its time constant in samples, and what stays of the sensor's noise (atanh).
+const MIDDLING: (f64, f64, f64) = (-3.0, 30.0, 0.5);
 /// Variance that refits of a few numbers add to that of the ratio.
 const OF_REFITS: f64 = 1.0;
 /// Half width, in standard errors, of a 95 % interval, and the ratio from which chance is ruled out: the bars of a proof.
@@ -96,8 +101,8 @@ impl Court<'_> {
             let trials: Vec<Trial> = [false, true]
                 .into_iter()
                 .map(|opposite| {
-                    let signals = self.stage.noisy(self.causes.get(truth)?, r, self.seed, opposite)?;
-                    self.trial(signals)
+                    let truth = self.causes.get(truth)?;
+                    self.trial(truth, self.stage.noisy(truth, r, self.seed, opposite)?)
                 })
                 .collect::<Option<_>>()?;
             let rivals = (0..self.causes.len()).filter(|rival| self.counts(truth, *rival));
@@ -127,20 +132,25 @@ impl Court<'_> {
         truth != rival && (one_family && self.is_left(rival) || !is_related(rival))
     }
 
-    fn trial(&self, signals: Signals) -> Option<Trial> {
+    /// Each cause at its likeliest on a rehearsal of a truth.
+    fn trial(&self, truth: &Cause, signals: Signals) -> Option<Trial> {
         let fitted = (self.options.seen_of_recording * signals.len() as f64) as usize;
-        let of_cause = |cause: &Cause| {
-            let (hypothesis, point) = self.hypothesis(cause, &signals);
+        let of_cause = |cause: &Cause, known: f64| {
+            let hypothesis = self.hypothesis(cause, &signals);
             let data = Data::new(&hypothesis, vec![signals.clone()], vec![fitted]);
-            let fit = Fit::at(&hypothesis, &point, &data).map(|fit| refitted(fit, &data));
-            (data, fit)
+            let best = likeliest(&hypothesis, (cause, truth), &data, known);
+            (data, best)
         };
-        let (data, fits): (Vec<Data>, Vec<Option<Fit>>) = self.causes.par_iter().map(of_cause).unzip();
-        Some(Trial { data: data.into_iter().next()?, fits })
+        let (data, of_truth) = of_cause(truth, f64::NEG_INFINITY);
+        let known = of_truth.as_ref()?.objective();
+        let of_rival = |cause: &Cause| {
+            if std::ptr::eq(cause, truth) { of_truth.clone() } else { of_cause(cause, known).1 }
+        };
+        Some(Trial { data, fits: self.causes.par_iter().map(of_rival).collect() })
     }
 
-    /// What a diagnosis of the experiment would fit of a cause, and where it would end without noise.
-    fn hypothesis(&self, cause: &Cause, signals: &Signals) -> (Hypothesis, Point) {
+    /// What a diagnosis of the experiment would fit of a cause.
+    fn hypothesis(&self, cause: &Cause, signals: &Signals) -> Hypothesis {
         let stated = self.stage.stated;
         let is_open = stated.plant == Plant::Identify;
         let priors = if is_open { guessing(self.options).priors } else { self.options.priors.clone() };
@@ -152,25 +162,10 @@ impl Court<'_> {
         }
         let scales = measure::scales(&model, std::slice::from_ref(signals));
         let nominal = Hypothesis::nominal(&model, &scales, &priors);
-        let hypothesis = match self.stage.term(cause) {
+        match self.stage.term(cause) {
             Some(term) => nominal.with(term),
             None => nominal,
-        };
-        let numbers = cause.model.plant.numbers();
-        let mut point = hypothesis.own_point();
-        let noise = &cause.noise;
-        let size = noise.load_sd / noise.sensor_sd * scales.noise / scales.drive;
-        for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
-            *x = match free.target {
-                Target::Plant(i) => numbers.get(i).map_or(*x, |number| free.x_of(number.value)),
-                Target::ConstantLoad => free.x_of(cause.constant_load),
-                Target::LoadSize => free.x_of(libm::log(size.max(1e-300))),
-                Target::LoadTau => free.x_of(libm::log(noise.load_tau_s)),
-                Target::SensorRho => free.x_of(libm::atanh(noise.sensor_rho)),
-                Target::Late | Target::Term { .. } | Target::Onset(_) => *x,
-            };
         }
-        (hypothesis, point)
     }
 
     fn pair(&self, truth: usize, rival: usize, trials: &[Trial]) -> Option<Pair> {
@@ -222,6 +217,53 @@ fn is_sure(expected: f64) -> f64 {
 
 fn normal(z: f64) -> f64 {
     Normal::standard().cdf(z)
+}
+
+/// A hypothesis' own term with the plant's numbers, the load and the noise of a cause.
+fn shared_point(hypothesis: &Hypothesis, of: &Cause) -> Point {
+    let numbers = of.model.plant.numbers();
+    let (noise, scales) = (&of.noise, &hypothesis.scales);
+    let size = noise.load_sd / noise.sensor_sd * scales.noise / scales.drive;
+    let mut point = hypothesis.own_point();
+    for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
+        *x = match free.target {
+            Target::Plant(i) => numbers.get(i).map_or(*x, |number| free.x_of(number.value)),
+            Target::ConstantLoad => free.x_of(of.constant_load),
+            Target::LoadSize => free.x_of(libm::log(size.max(1e-300))),
+            Target::LoadTau => free.x_of(libm::log(noise.load_tau_s)),
+            Target::SensorRho => free.x_of(libm::atanh(noise.sensor_rho)),
+            Target::Late | Target::Term { .. } | Target::Onset(_) => *x,
+        };
+    }
+    point
+}
+
+/// A cause on a rehearsal of a truth, from several starts: its own numbers; those that it shares with the truth; and, where it still seems to be far
+/// behind what is known, those with a load of middling size, which may take up what a rival lacks.
+fn likeliest(
+    hypothesis: &Hypothesis,
+    (cause, truth): (&Cause, &Cause),
+    data: &Data,
+    known: f64,
+) -> Option<Fit> {
+    let from = |point: &Point| Some(refitted(Fit::at(hypothesis, point, data)?, data));
+    let own = from(&shared_point(hypothesis, cause));
+    let is_far = |fit: &Option<Fit>| fit.as_ref().is_none_or(|fit| fit.objective() > known + FAR);
+    if std::ptr::eq(cause, truth) || !is_far(&own) {
+        return own;
+    }
+    // Of another structure no number is shared.
+    let is_alike = truth.model.plant.kind() == cause.model.plant.kind();
+    let shared = shared_point(hypothesis, if is_alike { truth } else { cause });
+    let better = |a: Option<Fit>, b: Option<Fit>| {
+        a.into_iter().chain(b).min_by(|a, b| a.objective().total_cmp(&b.objective()))
+    };
+    let own = better(own, from(&shared));
+    if !is_far(&own) {
+        return own;
+    }
+    let (size, tau, rho) = MIDDLING;
+    better(own, from(&with_noise(hypothesis, &shared, size, tau, rho)))
 }
 
 /// A cause's numbers at their likeliest on a rehearsal.

@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Greatest r; without it the recording's
     #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = finite)]
     r_max: Option<f64>,
-    /// The fastest change of r, per second; without it the recording's, or none where r never moved
+    /// The fastest change of r, per second; without it the recording's, or 40 times the range in the longest experiment where that is more
     #[arg(long, value_name = "R_PER_S", allow_negative_numbers = true, value_parser = positive)]
     r_rate: Option<f64>,
     /// Least u that any of the causes may lead to

@@ -55,7 +55,7 @@ fn reference(samples: usize) -> Vec<f64> {
 fn drawn(court: &Court<'_>, r: &[f64], seeds: std::ops::Range<u64>) -> Vec<f64> {
     let of = |seed| {
         let signals = court.stage.noisy(&court.causes[0], r, seed, false).unwrap();
-        let trial = court.trial(signals).unwrap();
+        let trial = court.trial(&court.causes[0], signals).unwrap();
         let objective = |place: usize| trial.fits[place].as_ref().unwrap().objective();
         0.5 * (objective(1) - objective(0))
     };

@@ -111,12 +111,15 @@ fn what_began_within_the_recording_is_told_apart_by_a_log_of_both() {
     let loss = Term::new("gain_loss", &[("loss", 0.4)]).unwrap().from_s(500.0);
     let (causes, recorded) = (vec![cause(&model, Some(loss)), cause(&model, None)], recorded());
     let before = recorded.last_reference(2000);
-    let stage = Stage { stated: &model, recorded: &recorded, before: &before };
-    let court = Court { stage, causes: &causes, options: &options, seed: 0 };
-    let r =
-        Shape::Steps.reference(2000, &Room { from: 20.0, low: 10.0, high: 30.0, most_change: f64::INFINITY });
-    let pair = court.separation(&r).unwrap().pairs[0];
-    assert!(pair.expected > 20.0 && pair.chance > 0.9, "{pair:?}");
+    let room = Room { from: 20.0, low: 10.0, high: 30.0, most_change: f64::INFINITY };
+    let r = Shape::Steps.reference(2000, &room);
+    let expected = |before: &[f64]| {
+        let stage = Stage { stated: &model, recorded: &recorded, before };
+        let court = Court { stage, causes: &causes, options: &options, seed: 0 };
+        court.separation(&r).unwrap().pairs[0].expected
+    };
+    let (alone, together) = (expected(&[]), expected(&before));
+    assert!(alone < 10.0 && together > 30.0, "{alone} alone, {together} with what was before");
 }
 
 /// Whole diagnoses of experiments drawn with a dead zone name it as often as was predicted, at a length where that is a matter of luck.

@@ -4,7 +4,7 @@ use super::Plan;
 use crate::estimate::signals::range;
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::report::{Block, Page, Proof, Section};
-use crate::sentences::{self, percent, plain};
+use crate::sentences::{self, plain};
 
 impl Plan {
     /// The whole page; `command` is the command line, `file` where the reference is written.
@@ -80,7 +80,7 @@ impl Plan {
             .separation
             .named
             .iter()
-            .map(|(place, chance)| vec![self.name(*place), percent(100.0 * chance)]);
+            .map(|(place, chance)| vec![self.name(*place), sentences::chance(*chance)]);
         let blocks = vec![
             Block::table(["if it is", "it is named, at least"], rows.collect()),
             Block::Note(
@@ -94,7 +94,7 @@ impl Plan {
         let rows = self.separation.pairs.iter().map(|pair| {
             let expected =
                 if pair.expected.is_finite() { plain(pair.expected, 3) } else { "can't be simulated".into() };
-            vec![self.name(pair.truth), self.name(pair.rival), expected, percent(100.0 * pair.chance)]
+            vec![self.name(pair.truth), self.name(pair.rival), expected, sentences::chance(pair.chance)]
         });
         let blocks = vec![
             Block::table(

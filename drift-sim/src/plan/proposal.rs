@@ -6,7 +6,7 @@ use super::{Limits, OpenDiagnosis, Recorded, Request};
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::{Diagnosis, Verdict};
-use crate::sentences::{percent, planning};
+use crate::sentences::{chance, planning};
 
 /// Chance that is asked for, and of a reference that is proposed at least.
 const ASKED: f64 = 0.98;
@@ -48,7 +48,7 @@ pub fn proposal(
         Some(plan) => format!(
             "{} The cause is then named with a chance of {} at least: {command} (D.json is what --json writes).",
             planning(&plan).sentence,
-            percent(100.0 * plan.chance())
+            chance(plan.chance())
         ),
         None => format!(
             "No reference within the range of this recording would tell them apart for sure; with wider limits: {command} --r-min LOW --r-max HIGH \

@@ -1,19 +1,26 @@
 //! What a plan says.
 
-use super::quantity::{percent, plain};
+use super::quantity::{percent, plain, with_unit};
 use super::{Answer, KeyNumber};
 use crate::estimate::signals::range;
-use crate::physics::shown;
 use crate::plan::Plan;
+
+/// Beyond this no chance is said: the model of the noise is no surer.
+const SUREST_PCT: f64 = 99.9;
+
+/// A chance in per cent.
+pub fn chance(part: f64) -> String {
+    percent((100.0 * part).min(SUREST_PCT))
+}
 
 /// The answer.
 pub fn planning(plan: &Plan) -> Answer {
     let units = plan.request.stated.unit_names();
     let (low, high) = range(&plan.r);
-    let length = shown(plan.duration_s(), "s");
+    let length = with_unit(plain(plan.duration_s(), 4), "s");
     let what = plan.shape.name();
     let not_told = plan.not_told();
-    let range_of = format!("r between {} and {}", plain(low, 4), shown(high, &units.y));
+    let range_of = format!("r between {} and {}", plain(low, 4), with_unit(plain(high, 4), &units.y));
     let all = plan.separation.pairs.iter().all(|pair| pair.chance < 0.5);
     let sentence = if all {
         "No reference within these limits tells apart what is left.".to_owned()
@@ -37,17 +44,17 @@ pub fn planning(plan: &Plan) -> Answer {
     if plan.is_continued() {
         also.push(format!(
             "Something began within the recording: the log that is diagnosed next must begin {} before the experiment, without a gap.",
-            shown(plan.before_s, "s")
+            with_unit(plain(plan.before_s, 4), "s")
         ));
     }
     let mut numbers = vec![KeyNumber::new(
-        percent(100.0 * plan.chance()),
+        chance(plan.chance()),
         "least chance that the cause is named, whichever of those it is",
     )];
     let worst = plan.separation.pairs.iter().min_by(|a, b| a.chance.total_cmp(&b.chance));
     if let Some(worst) = worst {
         numbers.push(KeyNumber::new(
-            percent(100.0 * worst.chance),
+            chance(worst.chance),
             format!("the hardest pair: {}, taken for {}", plan.name(worst.truth), plan.name(worst.rival)),
         ));
     }

@@ -8,7 +8,7 @@ use drift_sim::control_loop::Loop;
 use drift_sim::output::{self, Outputs};
 use drift_sim::plan::{Limits, OpenDiagnosis, Plan, Request};
 use drift_sim::report::command_line;
-use drift_sim::sentences::{self, percent};
+use drift_sim::sentences;
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result};
 
@@ -117,7 +117,7 @@ fn screen(plan: &Plan, arguments: &Arguments, terminal: &Terminal) -> String {
     text.push('\n');
     for (place, chance) in &plan.separation.named {
         let name = format!("  if it is {:24} ", plan.name(*place));
-        text += &terminal.wrapped(&name, &format!("named with a chance of {}", percent(100.0 * chance)));
+        text += &terminal.wrapped(&name, &format!("named with a chance of {}", sentences::chance(*chance)));
     }
     let log = if plan.is_continued() { "LOG.csv" } else { "EXPERIMENT.csv" };
     text += &terminal

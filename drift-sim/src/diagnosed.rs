@@ -5,14 +5,16 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use crate::control_loop::Loop;
+use crate::diagnose::cause::Cause;
 use crate::diagnose::page::{self, Case};
 use crate::diagnose::shown::Shown;
 use crate::diagnose::signals::Signals;
 use crate::diagnose::{Diagnosis, diagnose_since, report};
 use crate::likelihood_search::options::Options;
+use crate::plan::{self, Recorded};
 use crate::plant::Plant;
 use crate::recording::{ColumnMap, Recording};
-use crate::report::Page;
+use crate::report::{Block, Page, Section};
 use crate::sentences::Clock;
 use crate::{Error, Result, init};
 
@@ -54,6 +56,8 @@ pub struct Diagnosed {
     columns: ColumnMap,
     /// Whether the plant was identified: none of its numbers was given.
     pub is_identified: bool,
+    /// What the recording left open, and which experiment would tell it apart.
+    experiment: Option<String>,
 }
 
 impl Question {
@@ -85,6 +89,7 @@ impl Question {
         let found = diagnose_since(&signals(&healthy), &signals(&recordings), unseen, &model, &options)?;
         let further = recordings.split_off(1);
         let first = recordings.pop().ok_or_else(none)?;
+        let experiment = plan::proposal(&found, Recorded::of(&first.signals), &model, loop_file.as_deref());
         Ok(Diagnosed {
             found,
             first,
@@ -94,6 +99,7 @@ impl Question {
             loop_file,
             columns,
             is_identified: model.plant == Plant::Identify,
+            experiment,
         })
     }
 }
@@ -127,13 +133,30 @@ impl Diagnosed {
         &self.holdout.as_ref().unwrap_or(&self.first).signals
     }
 
+    /// Which experiment would tell apart what the recording left open, and what to type for it.
+    pub fn experiment(&self) -> Option<&str> {
+        self.experiment.as_deref()
+    }
+
     /// The page for people; `command` is the command line that makes it.
     pub fn page(&self, command: String) -> Page {
-        page::page(&self.found, &self.case(), command)
+        let mut page = page::page(&self.found, &self.case(), command);
+        if let Some(experiment) = &self.experiment {
+            page.sections
+                .insert(0, Section::new("The experiment to run", vec![Block::Text(experiment.clone())]));
+        }
+        page
     }
 
     /// The document for programs; `model` is where the improved loop was written.
     pub fn json(&self, model: Option<&str>) -> Value {
-        report::json(&self.found, model, self.clock(), self.start_s())
+        let mut document = report::json(&self.found, model, self.clock(), self.start_s());
+        if let Value::Object(document) = &mut document {
+            let causes = self.found.causes.iter().map(Cause::to_json).collect();
+            document.insert("experiment_to_run".into(), self.experiment.clone().into());
+            document.insert("causes".into(), Value::Array(causes));
+            document.insert("recorded".into(), Recorded::of(&self.first.signals).to_json());
+        }
+        document
     }
 }

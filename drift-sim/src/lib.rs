@@ -11,7 +11,8 @@
 //! * [`mod@reference`], [`mod@simulate`]: what a loop is asked to do, and the sampled loop doing it.
 //! * [`design`]: exact run lengths of the detectors. [`calibrate`], [`baseline_file`]: the healthy relation and thresholds
 //!   that keep a promise. [`monitor`]: drift-core over a recording.
-//! * [`diagnose`]: locate, name, fit and prove missing physics; [`diagnosed`]: from recordings to what is written of it. [`paper`]: the paper's tables and figures.
+//! * [`diagnose`]: locate, name, fit and prove missing physics; [`diagnosed`]: from recordings to what is written of it. [`plan`]: the experiment
+//!   that tells apart what a diagnosis left. [`paper`]: the paper's tables and figures.
 //! * [`plot`]: charts as SVG and as rows of text. [`sentences`]: what results say to people, the same on page, terminal and in
 //!   JSON. [`report`]: pages;
 //!   [`terminal`]: screens.
@@ -49,6 +50,7 @@ pub mod monitor;
 pub mod output;
 pub mod paper;
 pub mod physics;
+pub mod plan;
 pub mod plant;
 pub mod plot;
 pub mod recording;

@@ -164,6 +164,7 @@ impl Case<'_> {
             untestable,
             candidates: Vec::new(),
             rivals: Vec::new(),
+            causes: Vec::new(),
             train,
             holdout,
             improvement,

@@ -10,6 +10,7 @@
 mod before_and_after;
 pub mod by_direction;
 pub mod candidates;
+pub mod cause;
 mod closed_loop;
 mod conclude;
 pub mod constant_load;
@@ -196,6 +197,8 @@ pub struct Diagnosis {
     pub candidates: Vec<(&'static str, f64)>,
     /// All kinds that were fitted beside the refitted model, with the log-likelihood that each gains.
     pub rivals: Vec<(&'static str, f64)>,
+    /// What an experiment would have to tell apart, with numbers; empty where the search by prediction error concluded.
+    pub causes: Vec<cause::Cause>,
     /// The nominal parameters.
     pub parameters: Vec<Refitted>,
     /// Rivals that lost.
@@ -292,7 +295,12 @@ fn diagnose_with(
         Judged::Doubted(undecided) => {
             let other = by_prediction_error(first).ok();
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
-            return Ok(other.unwrap_or(*undecided));
+            // What an experiment would have to tell apart has numbers in the likelihood alone.
+            return Ok(match other {
+                Some(found) if found.physics.is_empty() => Diagnosis { causes: undecided.causes, ..found },
+                Some(found) => found,
+                None => *undecided,
+            });
         }
         Judged::Nothing => return by_prediction_error(first),
     };

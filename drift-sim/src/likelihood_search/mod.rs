@@ -9,7 +9,7 @@
 
 mod actuators;
 mod climb;
-mod decide;
+pub(crate) mod decide;
 mod excitation;
 mod guarantee;
 mod identified;
@@ -19,18 +19,19 @@ mod law;
 mod locate;
 pub mod loop_likelihood;
 mod missing_drive;
-mod nominal;
+pub(crate) mod nominal;
 pub mod options;
-mod plants;
+pub(crate) mod plants;
 pub mod prove;
 mod rivals;
 mod search;
-mod simulates;
+pub(crate) mod simulates;
 mod starts;
 mod units;
 mod unseen;
 
 use crate::control_loop::Loop;
+use crate::diagnose::cause::Cause;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
 use crate::diagnose::prove::FitPct;
@@ -244,6 +245,7 @@ impl Diagnosis {
         Self {
             verdict: Verdict::Undecided,
             place: None,
+            causes: self.causes.into_iter().map(Cause::or_nothing).collect(),
             spans: Vec::new(),
             depends_on: Vec::new(),
             physics: Vec::new(),
@@ -324,6 +326,7 @@ impl Conclusion<'_> {
             not_used: self.not_used,
             candidates: if verdict == Verdict::MissingPhysics { Vec::new() } else { self.result.set.clone() },
             rivals: self.result.rivals.clone(),
+            causes: self.causes(verdict),
             parameters,
             rejected,
             untestable,
@@ -341,6 +344,18 @@ impl Conclusion<'_> {
             missing_drive,
             far_off: false,
         }
+    }
+
+    /// What an experiment would have to tell apart: nothing, what is left, and what came next.
+    fn causes(&self, verdict: Verdict) -> Vec<Cause> {
+        let contenders = &self.result.contenders;
+        // Where nothing gains enough and nothing is proven, nothing is excluded either.
+        let all_are_left = contenders.iter().all(|contender| !contender.is_left);
+        let nothing = Cause::of(&self.result.base, 0.0, verdict == Verdict::Undecided);
+        let kinds = contenders.iter().filter_map(|contender| {
+            Cause::of(&contender.fit, contender.score, contender.is_left || all_are_left)
+        });
+        nothing.into_iter().chain(kinds).collect()
     }
 
     fn law_terms(&self, train: &Signals) -> Vec<Named> {
@@ -488,7 +503,7 @@ impl Conclusion<'_> {
 }
 
 /// A loop with the load that stays, as a file states it: the plant's own offset, or a load from the start.
-fn as_file(model: &Loop, constant_load: f64) -> Loop {
+pub(crate) fn as_file(model: &Loop, constant_load: f64) -> Loop {
     let mut model = model.clone();
     let mut numbers = model.plant.numbers();
     if let Some(offset) = numbers.iter_mut().find(|number| number.role == Role::Offset) {

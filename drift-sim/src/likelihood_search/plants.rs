@@ -97,7 +97,7 @@ pub fn likeliest(
 }
 
 /// What a guessed plant's numbers are held to.
-fn guessing(options: &Options) -> Options {
+pub(crate) fn guessing(options: &Options) -> Options {
     let mut options = options.clone();
     options.priors.plant_log = GUESSED_LOG;
     options.priors.constant_load = GUESSED_LOAD;

@@ -6,7 +6,7 @@ use crate::estimate::hypothesis::{Hypothesis, Point, Target};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Term};
 
-use super::decide::{Decision, cost_of, decide, independent_share};
+use super::decide::{Decision, Scored, cost_of, decide, independent_share};
 use super::guarantee::decide_surely;
 use super::nominal;
 use super::options::Options;
@@ -44,6 +44,20 @@ pub struct Choice {
     pub unseen: Option<Gained>,
 }
 
+/// A kind's fit beside the nominal loop.
+pub struct Contender {
+    /// The fit, the kind its last candidate.
+    pub fit: Fit,
+    /// Log-likelihood that it gains after the cost of its numbers.
+    pub score: f64,
+    /// Whether the decision left it.
+    pub is_left: bool,
+}
+
+/// Contenders that are kept beside those that a decision left, and all that are kept.
+const KEPT_BESIDE: usize = 3;
+const KEPT: usize = 7;
+
 /// Where a search ended.
 pub struct Found {
     /// The nominal loop, its numbers refitted.
@@ -54,6 +68,8 @@ pub struct Found {
     pub named: Vec<Choice>,
     /// Kinds that are left where they can't be told apart, and their gains after the cost of their numbers.
     pub set: Vec<(&'static str, f64)>,
+    /// Fits of the first round, the likeliest first: the kinds that its decision left, then the next ones.
+    pub contenders: Vec<Contender>,
     /// Whether what can't be told apart is proven to be there.
     pub is_proven: bool,
     /// Whether what is left is noise of the kind that is reckoned with.
@@ -94,6 +110,7 @@ impl Search<'_> {
             best: None,
             named: Vec::new(),
             set: Vec::new(),
+            contenders: Vec::new(),
             is_proven: false,
             is_noise: true,
             rivals: Vec::new(),
@@ -116,7 +133,8 @@ impl Search<'_> {
         }
         let decision = self.decide(&first, 0.0);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
-        let mut found = Found { rivals, ..self.nominal_only(first.base.clone()) };
+        let contenders = contenders(&first, &decision);
+        let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
@@ -257,6 +275,18 @@ impl Search<'_> {
         stated.descend(self.data, 4, &plant);
         0.5 * (stated.objective() - base.objective())
     }
+}
+
+/// The fits that a decision left, and the next ones.
+fn contenders(field: &Field, decision: &Decision) -> Vec<Contender> {
+    let is_left = |kind: &Kind| decision.set.contains(&kind);
+    let left = decision.scored.iter().filter(|s| is_left(s.kind));
+    let beside = decision.scored.iter().filter(|s| !is_left(s.kind)).take(KEPT_BESIDE);
+    let of = |s: &Scored| {
+        let rival = field.rivals.get(s.place)?;
+        Some(Contender { fit: rival.fit.clone(), score: s.score, is_left: is_left(s.kind) })
+    };
+    left.chain(beside).take(KEPT).filter_map(of).collect()
 }
 
 /// A fit without one of its candidates, the others refitted.

@@ -126,7 +126,7 @@ impl Trial<'_> {
 }
 
 /// A first-order autoregression of this deviation.
-fn sequence(samples: usize, deviation: f64, stays: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+pub(crate) fn sequence(samples: usize, deviation: f64, stays: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut draw = || -> f64 { StandardNormal.sample(random) };
     let mut value = deviation * draw();
     let moves = deviation * libm::sqrt(1.0 - stays * stays);

@@ -9,6 +9,7 @@ mod calibration;
 mod clock;
 mod diagnosis;
 mod monitoring;
+mod planning;
 mod quantity;
 
 pub use answer::{Answer, KeyNumber, Status};
@@ -16,6 +17,7 @@ pub use calibration::{asks_for_action, calibration};
 pub use clock::Clock;
 pub use diagnosis::{diagnosis, may_be_nothing, parameter, says, sizes};
 pub use monitoring::{monitoring, pinned, side_name};
+pub use planning::{chance, planning};
 pub use quantity::{
     ends, fit, line, measured, number_name, percent, plain, rate, rounded, sigmas, simple_unit, value,
     with_unit,

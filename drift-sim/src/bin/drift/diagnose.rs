@@ -99,7 +99,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     outputs.commit()?;
     if arguments.json.as_deref() != Some(Path::new("-")) {
         let here = Terminal::here();
-        let text = screen(&diagnosed, &here) + &sparkline::rows(found, diagnosed.shown(), &here);
+        let text = screen(&diagnosed, &here)
+            + &diagnosed.experiment().map_or_else(String::new, |text| here.wrapped("  experiment: ", text))
+            + &sparkline::rows(found, diagnosed.shown(), &here);
         output::write_text(Path::new("-"), &text)?;
     }
     Ok(ExitCode::SUCCESS)

@@ -11,7 +11,9 @@ mod likelihood;
 mod look;
 mod man;
 mod monitor;
+mod number_argument;
 mod paper;
+mod plan;
 mod progress;
 mod recording_arguments;
 mod simulate;
@@ -49,6 +51,7 @@ enum Command {
     Init(init::Arguments),
     Likelihood(likelihood::Arguments),
     Paper(paper::Arguments),
+    Plan(plan::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -68,6 +71,7 @@ fn main() -> ExitCode {
         Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
         Command::Man(arguments) => man::run(&arguments, Arguments::command()),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
     };

@@ -12,6 +12,7 @@ use drift_sim::shortest;
 use drift_sim::simulate::{DEFAULT_SAMPLES, Driving, Row, Simulation, diverged, samples, time_s};
 use drift_sim::{Error, Result};
 
+use crate::number_argument::{finite, not_negative, positive};
 use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
@@ -49,18 +50,6 @@ pub struct Arguments {
     /// How long each level is held, in samples.
     #[arg(long, value_name = "TICKS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     reference_hold: u64,
-}
-
-fn finite(text: &str) -> std::result::Result<f64, String> {
-    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "not a finite number".to_string())
-}
-
-fn positive(text: &str) -> std::result::Result<f64, String> {
-    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be > 0".to_string()) })
-}
-
-fn not_negative(text: &str) -> std::result::Result<f64, String> {
-    finite(text).and_then(|value| if value >= 0.0 { Ok(value) } else { Err("must be >= 0".to_string()) })
 }
 
 /// Runs the command.

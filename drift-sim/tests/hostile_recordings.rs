@@ -188,6 +188,14 @@ fn matlab_files_that_unpack_to_gigabytes_are_refused() {
     // 101 kB that are 100 MiB of bytes: they fit, their numbers don't.
     fs::write(at("numbers.mat"), [mat_header(), packed_vector("y", 100 << 20)].concat()).unwrap();
     refused(&folder, "numbers.mat", TOO_MUCH);
+    // A table whose properties are said to be a gigabyte: the header says where they stand.
+    let inside =
+        [element(6, &[17, 0, 0, 0, 0, 0, 0, 0]), element(1, b"T"), element(1, b"MCOS"), element(1, b"table")];
+    let table = element(14, &inside.concat());
+    let mut header = mat_header();
+    header.splice(116..124, (header.len() as u64 + table.len() as u64).to_le_bytes());
+    fs::write(at("table.mat"), [header, table, packed_vector("", 300 << 20)].concat()).unwrap();
+    refused(&folder, "table.mat", TOO_MUCH);
     // A size that no file has.
     let mut lies = mat_header();
     lies.extend([15_u32.to_le_bytes(), u32::MAX.to_le_bytes()].concat());

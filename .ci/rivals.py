@@ -1,4 +1,4 @@
-"""Times drift and its rivals on one recording; see .ci/rivals, which starts it."""
+"""Times drift, its rivals and the physical limits on the same work; see .ci/rivals, which starts it."""
 
 import json
 import os
@@ -6,81 +6,384 @@ import pathlib
 import statistics
 import subprocess
 import sys
+from dataclasses import dataclass, field
+from typing import Callable
 
-drift, place, rows, rounds = sys.argv[1], pathlib.Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
+mode, drift, inner, place = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4])
+rows, rounds = int(sys.argv[5]), int(sys.argv[6])
 LOOP = "examples/loops/paper.toml"
-csv, baseline, copy = place / "log.csv", place / "baseline.toml", place / "copy.csv"
+RECORDED = pathlib.Path(".ci/rivals.json")
+# A loss of more than this is refused.
+ALLOWED = 1.10
+csv, parquet, baseline, copy = (place / name for name in ("log.csv", "log.parquet", "baseline.toml", "copy.csv"))
 SIMULATE = [drift, "simulate", LOOP, "--reference-mean", "0.1", "--reference-sd", "1", "--seed", "1"]
 simulate = [*SIMULATE, "--duration", str(rows / 1000), "-o"]
+# Ticks and steps: a tenth of a second and more of each.
+ticks, steps = max(rows * 10, 20_000_000), max(rows * 5, 10_000_000)
+parser, loop, nexus = str(place / "parser"), str(place / "loop"), str(place / "nexus/release/rivals-nexus")
 
 
-def python(code):
-    return [sys.executable, "-c", code, str(csv), str(copy)]
+def python(code, *arguments):
+    return [sys.executable, "-c", code, *map(str, arguments)]
 
 
-READ = {
-    "drift monitor": [drift, "monitor", str(csv), "--baseline", str(baseline), "--json", "-"],
-    "polars": python(
-        "import sys, polars as p; d = p.read_csv(sys.argv[1]); print(d.height, d['y'].sum(), d['u'].sum())"
-    ),
-    "duckdb": python(
-        "import sys, duckdb; print(*duckdb.sql(f\"select count(t + r), sum(y), sum(u) from '{sys.argv[1]}'\").fetchall()[0])"
-    ),
-    "pandas": python(
-        "import sys, pandas as p; d = p.read_csv(sys.argv[1]); print(len(d), d['y'].sum(), d['u'].sum())"
-    ),
-    "parser by hand, C": [str(place / "parser"), str(csv)],
-    "cat": ["cat", str(csv)],
-}
-WRITE = {
-    "drift simulate": [*simulate, str(copy)],
-    # Reading what it writes is taken off.
-    "polars": python("import sys, polars as p; p.read_csv(sys.argv[1]).write_csv(sys.argv[2])"),
-}
+def inside(code, *arguments):
+    """Python that is timed from within, once it has started and compiled: its last word is its processor time."""
+    samples = """
+import sys, time, numpy as n
+count = int(sys.argv[1])
+def uniform(size):
+    seeds, seed = n.empty(size, n.uint32), 1
+    for i in range(size):
+        seed = (seed * 1664525 + 1013904223) & 0xffffffff
+        seeds[i] = seed
+    return (seeds >> 8) / 2.0**24
+def timed(work):
+    work(); begin = time.process_time(); said = work(); print(*said, time.process_time() - begin)
+"""
+    return python(samples + code, *arguments)
+
+
+PAIR = """
+x = uniform(12000) - 0.5
+r, y, u = x[:4000].astype('f4'), x[4000:8000].astype('f4'), (10 * x[8000:]).astype('f4')
+"""
+NUMBA_PAIR = (
+    PAIR
+    + """
+import numba
+@numba.njit(fastmath=True)
+def blocks(r, y, u, rounds):
+    sums, decisions = n.zeros((16, 2), n.float32), 0
+    for _ in range(rounds):
+        for b in range(16):
+            energy, error = n.float32(0), n.float32(0)
+            for i in range(250 * b, 250 * b + 250):
+                energy += u[i] * u[i]; error += abs(r[i] - y[i])
+            sums[b, 0], sums[b, 1] = energy, error
+        decisions += 1
+    return decisions, sums[:, 0].sum() * 1e-3, sums[:, 1].sum() * 1e-3
+timed(lambda: blocks(r, y, u, count // 4000))
+"""
+)
+NUMPY_PAIR = (
+    PAIR
+    + """
+def blocks():
+    for k in range(count // 4000):
+        energy = n.einsum('ij,ij->i', u.reshape(16, 250), u.reshape(16, 250))
+        error = n.abs(r - y).reshape(16, 250).sum(1)
+    return count // 4000, energy.sum() * 1e-3, error.sum() * 1e-3
+timed(blocks)
+"""
+)
+# The discrete model of the plant, and r as the loop's rivals have it.
+PLANT = """
+from cmath import exp
+pole = -0.2 - 2j
+turn = exp(pole * 1e-3); held = (turn - 1) / pole
+c, s, g0, g1 = turn.real, -turn.imag, held.real, held.imag
+r = n.tile(uniform(4000) - 0.4, 100)
+parts = count // 400000
+"""
+NUMBA_LOOP = (
+    PLANT
+    + """
+import numba
+@numba.njit
+def run(r, y, u):
+    x0 = x1 = total = 0.0
+    for i in range(len(r)):
+        y[i] = x0; e = r[i] - x0; total += 100.0 * 0.001 * e; u[i] = 300.0 * e + total
+        x0, x1 = c * x0 + s * x1 + g0 * u[i], c * x1 - s * x0 + g1 * u[i]
+def all_parts():
+    for _ in range(parts):
+        y, u = n.empty(len(r)), n.empty(len(r)); run(r, y, u)
+    return y[-4000:].sum(), u[-4000:].sum()
+timed(all_parts)
+"""
+)
+LFILTER_LOOP = (
+    PLANT
+    + """
+from scipy.signal import lfilter
+# y/u = (g0 z + s g1 - c g0) / (z^2 - 2 c z + c^2 + s^2), u/e = (300.1 z - 300) / (z - 1)
+plant, poles = n.array([g0, s * g1 - c * g0]), n.array([1, -2 * c, c * c + s * s])
+forward = n.polymul(plant, [300.1, -300.0]); closed = n.polymul(poles, [1.0, -1.0])
+closed[1:] += forward
+to_u = n.polymul([300.1, -300.0], poles)
+def all_parts():
+    for _ in range(parts):
+        y, u = lfilter(n.concatenate([[0], forward]), closed, r), lfilter(to_u, closed, r)
+    return y[-4000:].sum(), u[-4000:].sum()
+timed(all_parts)
+"""
+)
+
+
+@dataclass
+class Measured:
+    """What one program took in each round, and what it said last."""
+
+    s: list = field(default_factory=list)
+    megabytes: float = 0.0
+    said: str = ""
 
 
 def run(command):
-    """Its output and the processor time it took, s."""
-    before = os.times()
-    done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
-    after = os.times()
-    took = after.children_user + after.children_system - before.children_user - before.children_system
-    return done.stdout, took
+    """Its output, the processor time it took in s, and its largest memory in MB."""
+    child = subprocess.Popen(command, stdout=subprocess.PIPE)
+    # What was said last is enough, and keeps this program small: its own memory counts until another takes its place.
+    said = b""
+    while part := child.stdout.read(1 << 16):
+        said = (said + part)[-(1 << 16) :]
+    said = said.decode(errors="replace")
+    _, status, used = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode != 0:
+        sys.exit(f"rivals: {' '.join(command[:4])}: exit code {child.returncode}")
+    return said, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
 
 
-def timed(commands):
-    """Medians of interleaved runs, and each command's last output."""
-    times, outputs = {name: [] for name in commands}, {}
-    for _ in range(rounds):
-        for name, command in commands.items():
-            outputs[name], took = run(command)
-            times[name].append(took)
-    return {name: statistics.median(took) for name, took in times.items()}, outputs
+@dataclass
+class Table:
+    """Programs that do the same work: drift's first, the physical limit second, then the rivals."""
+
+    name: str
+    title: str
+    count: int
+    unit: str
+    ours: tuple
+    limit: tuple
+    rivals: dict
+    same: Callable
+    # Programs that say how long they took.
+    timed_within: tuple = ()
+
+    def measure(self, how_often, with_rivals=True):
+        programs = dict([self.ours, self.limit], **(self.rivals if with_rivals else {}))
+        measured = {name: Measured() for name in programs}
+        for _ in range(how_often):
+            for name, command in programs.items():
+                of = measured[name]
+                of.said, took, of.megabytes = run(command)
+                if name in self.timed_within:
+                    of.said, _, took = of.said.rpartition(" ")
+                of.s.append(float(took))
+        self.same({name: of.said for name, of in measured.items()})
+        return measured
+
+    def ratio(self, how_often):
+        """drift to the physical limit: the median of rounds, in each of which both ran."""
+        measured = self.measure(how_often, with_rivals=False)
+        pairs = zip(measured[self.ours[0]].s, measured[self.limit[0]].s)
+        return statistics.median(ours / limit for ours, limit in pairs)
+
+    def show(self):
+        measured = self.measure(rounds)
+        medians = {name: statistics.median(of.s) for name, of in measured.items()}
+        print(f"\n| {self.title} | s | ns a {self.unit} | to drift | to the limit | MB |\n|---|---|---|---|---|---|")
+        for name, took in medians.items():
+            ns = took / self.count * 1e9
+            drift_s, limit_s = medians[self.ours[0]], medians[self.limit[0]]
+            shown = f"{took:.2f} | {ns:.3g} | {took / drift_s:.2f} | {took / limit_s:.2f}"
+            print(f"| {name} | {shown} | {measured[name].megabytes:.0f} |", flush=True)
 
 
-def same(outputs):
+def close(said, names, wanted, tolerance):
+    """All of these have said the same numbers, but for rounding."""
+    for name in (name for name in names if name in said):
+        got = [float(word) for word in said[name].split()]
+        is_close = len(got) == len(wanted) and all(
+            abs(g - w) <= tolerance * max(1.0, abs(w)) for g, w in zip(got, wanted)
+        )
+        if not is_close:
+            sys.exit(f"rivals: {name} says {got}, others {wanted}")
+
+
+def same_rows(said):
     """Everybody has read the same rows: their count, and the sums of y and u."""
-    samples = json.loads(outputs["drift monitor"].splitlines()[-1])["summary"]["samples"]
-    assert samples == rows, f"drift read {samples} rows"
-    wanted = [float(word) for word in outputs["polars"].split()]
-    for name in ("duckdb", "pandas", "parser by hand, C"):
-        got = [float(word) for word in outputs[name].split()]
-        close = all(abs(g - w) <= 1e-6 * max(1.0, abs(w)) for g, w in zip(got, wanted, strict=True))
-        assert close and got[0] == rows, f"{name} read {got}, polars {wanted}"
+    samples = json.loads(said["drift monitor"].splitlines()[-1])["summary"]["samples"]
+    if samples != rows:
+        sys.exit(f"rivals: drift read {samples} rows of {rows}")
+    names = [name for name in said if name not in ("drift monitor", "cat")]
+    wanted = [float(word) for word in said[names[0]].split()]
+    if wanted[0] != rows:
+        sys.exit(f"rivals: {names[0]} read {wanted[0]} rows of {rows}")
+    close(said, names, wanted, 1e-6)
 
 
-def show(title, times, ours):
-    print(f"\n| {title} | s | ns a row | to drift |\n|---|---|---|---|")
-    for name, took in times.items():
-        print(f"| {name} | {took:.2f} | {took / rows * 1e9:.0f} | {took / times[ours]:.2f} |")
+def same_decisions(ours, others):
+    def check(said):
+        close(said, others, [float(word) for word in said[ours].split()], 1e-5)
+
+    return check
+
+
+def same_loop(ours):
+    def check(said):
+        close(said, said, [float(word) for word in said[ours].split()], 1e-6)
+
+    return check
+
+
+def monitor(file):
+    return ("drift monitor", [drift, "monitor", str(file), "--baseline", str(baseline), "--json", "-"])
+
+
+def by_polars(reader):
+    code = f"import sys, polars as p; d = p.{reader}(sys.argv[1]); print(d.height, d['y'].sum(), d['u'].sum())"
+    return lambda file: python(code, file)
+
+
+def by_duckdb(file):
+    query = f"select count(t + r), sum(y), sum(u) from '{file}'"
+    return python("import sys, duckdb; print(*duckdb.sql(sys.argv[1]).fetchall()[0])", query)
+
+
+def by_pandas(file):
+    code = "import sys, pandas as p; d = p.read_csv(sys.argv[1]); print(len(d), d['y'].sum(), d['u'].sum())"
+    return python(code, file)
+
+
+def by_pyarrow(file):
+    code = (
+        "import sys, pyarrow.parquet as q, pyarrow.compute as c; d = q.read_table(sys.argv[1], use_threads=False); "
+        "print(d.num_rows, c.sum(d['y']).as_py(), c.sum(d['u']).as_py())"
+    )
+    return python(code, file)
+
+
+by_hand = ("parser by hand, C, of the CSV", [parser, str(csv)])
+
+
+def tables():
+    """All of them; that of Parquet where it can be read."""
+    size = f"{csv.stat().st_size / 1e6:.0f} MB"
+    yield Table(
+        "monitor, CSV",
+        f"`monitor` {rows} rows of CSV ({size})",
+        rows,
+        "row",
+        monitor(csv),
+        by_hand,
+        {"polars": by_polars("read_csv")(csv), "duckdb": by_duckdb(csv), "pandas": by_pandas(csv), "cat": ["cat", str(csv)]},
+        same_rows,
+    )
+    if mode != "check":
+        size = f"{parquet.stat().st_size / 1e6:.0f} MB"
+        yield Table(
+            "monitor, Parquet",
+            f"`monitor` the same in Parquet ({size})",
+            rows,
+            "row",
+            monitor(parquet),
+            by_hand,
+            {
+                "polars": by_polars("read_parquet")(parquet),
+                "duckdb": by_duckdb(parquet),
+                "pyarrow": by_pyarrow(parquet),
+                "cat": ["cat", str(parquet)],
+            },
+            same_rows,
+        )
+    polars = python("import sys, polars as p; p.read_csv(sys.argv[1]).write_csv(sys.argv[2])", csv, copy)
+    yield Table(
+        "simulate, CSV",
+        f"`simulate` {rows} rows into CSV",
+        rows,
+        "row",
+        ("drift simulate", [*simulate, str(copy)]),
+        by_hand,
+        {"polars, reading it as well": polars},
+        lambda said: None,
+    )
+    pair = same_decisions("drift tick", ["sums by hand, Rust"])
+    yield Table(
+        "tick",
+        f"`PairMonitor::tick`, 16 x 250 ticks, {ticks} ticks",
+        ticks,
+        "tick",
+        ("drift tick", [inner, "tick", str(ticks)]),
+        ("sums by hand, Rust", [inner, "sums", str(ticks)]),
+        {"nexus-stats, MOSUM and CUSUM of one signal": [nexus, str(ticks)]},
+        pair,
+    )
+    names = ["sums by hand, Rust", "numba", "numpy"]
+    yield Table(
+        "ticks",
+        f"`PairMonitor::ticks` on slices, {ticks} ticks",
+        ticks,
+        "tick",
+        ("drift ticks", [inner, "ticks", str(ticks)]),
+        ("sums by hand, Rust", [inner, "sums-of-slices", str(ticks)]),
+        {"numba": inside(NUMBA_PAIR, ticks), "numpy": inside(NUMPY_PAIR, ticks)},
+        same_decisions("drift ticks", names),
+        ("numba", "numpy"),
+    )
+    yield Table(
+        "step",
+        f"`Simulation::step`, the paper's loop, {steps} steps",
+        steps,
+        "step",
+        ("drift step", [inner, "step", str(steps)]),
+        ("the recursion by hand, C", [loop, "step", str(steps)]),
+        {},
+        same_loop("drift step"),
+    )
+    yield Table(
+        "simulate",
+        f"`simulate()`, the paper's loop, {steps} steps",
+        steps,
+        "step",
+        ("drift simulate()", [inner, "simulate", str(steps)]),
+        ("the recursion by hand, C", [loop, "simulate", str(steps)]),
+        {"numba": inside(NUMBA_LOOP, steps), "scipy lfilter, y and u": inside(LFILTER_LOOP, steps)},
+        same_loop("drift simulate()"),
+        ("numba", "scipy lfilter, y and u"),
+    )
+
+
+def processor():
+    lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "unknown")
+
+
+def record():
+    ratios = {table.name: round(table.ratio(rounds * 2), 3) for table in tables()}
+    RECORDED.write_text(json.dumps({"processor": processor(), "ratios": ratios}, indent=2) + "\n")
+    print(RECORDED.read_text(), end="")
+
+
+def check():
+    """Each row against its recorded ratio; one that seems worse is measured again, longer."""
+    recorded = json.loads(RECORDED.read_text())
+    if recorded["processor"] != processor():
+        print(f"rivals: {RECORDED} is of another processor ({recorded['processor']}): nothing to compare with here")
+        return
+    worse = []
+    for table in tables():
+        wanted = recorded["ratios"][table.name]
+        ratio = table.ratio(rounds)
+        if ratio > ALLOWED * wanted:
+            ratio = table.ratio(3 * rounds)
+        print(f"{table.name}: {ratio:.2f} times {table.limit[0]}, recorded {wanted:.2f}", flush=True)
+        if ratio > ALLOWED * wanted:
+            worse.append(f"{table.name} takes {ratio / wanted:.2f} times as long as recorded")
+    if worse:
+        sys.exit("rivals: " + "; ".join(worse) + f"; at most {ALLOWED} (.ci/rivals --record where that is meant)")
 
 
 run([*simulate, str(csv)])
 run([*SIMULATE, "--duration", "2000", "-o", str(copy)])
 run([drift, "calibrate", str(copy), "-o", str(baseline), "--window", "3"])
-reading, outputs = timed(READ)
-same(outputs)
-show(f"reading {rows} rows of CSV ({csv.stat().st_size / 1e6:.0f} MB), processor time on one core", reading, "drift monitor")
-writing, _ = timed(WRITE)
-writing["polars"] = max(writing["polars"] - reading["polars"], 0.0)
-show(f"writing {rows} rows of CSV", writing, "drift simulate")
+if mode != "check":
+    write = "import sys, pyarrow.csv as c, pyarrow.parquet as q; q.write_table(c.read_csv(sys.argv[1]), sys.argv[2])"
+    run(python(write, csv, parquet))
+if mode == "tables":
+    for table in tables():
+        table.show()
+elif mode == "record":
+    record()
+else:
+    check()

@@ -49,8 +49,7 @@ def make(asked):
         write_csv(path, ts, r, y, u)
         if os.path.basename(path) == "train.csv":
             run = next(run for of, run in reversed(runs) if of is y)
-            np.savez(os.path.join(os.path.dirname(path), "run.npz"), usual_low=usual["r"].min(), usual_high=usual["r"].max(), usual_rate=np.abs(np.diff(usual["r"])).max() / ts,
-                     **run)
+            np.savez(os.path.join(os.path.dirname(path), "run.npz"), usual_low=usual["r"].min(), usual_high=usual["r"].max(), **run)
 
     g.simulate, g.write_csv, wide.family = kept, written, kept_family
     wide.EXCITE = asked.excite.split(",")
@@ -135,7 +134,7 @@ def experiment(g, asked, name, label):
     ts, now = float(run["ts"]), float(run["r"][end - 1])
     low, high = min(float(run["usual_low"]), now), max(float(run["usual_high"]), now)
     planned = subprocess.run([asked.tool, "plan", at("loop.toml"), "--diagnosis", at("first.json"), "-o", at("reference.csv"), "--json", at("plan.json"),
-                              "--r-min", repr(low), "--r-max", repr(high), "--r-rate", repr(float(run["usual_rate"])), "--duration", repr(LONGEST * (end - begin) * ts)], capture_output=True, text=True, timeout=900)
+                              "--r-min", repr(low), "--r-max", repr(high), "--duration", repr(LONGEST * (end - begin) * ts)], capture_output=True, text=True, timeout=900)
     row = dict(case=name, kind=label["kind"], also=label.get("also"), know=label["know"], excite=label["excite"], silent=label["silent"], verdict=first["verdict"])
     if planned.returncode:
         return dict(row, outcome="no plan", why=planned.stderr.strip().splitlines()[-1])

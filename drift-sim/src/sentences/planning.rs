@@ -25,12 +25,18 @@ pub fn planning(plan: &Plan) -> Answer {
     let sentence = if all {
         "No reference within these limits tells apart what is left.".to_owned()
     } else {
-        let told = if not_told.is_empty() {
-            "What is left is told apart"
-        } else {
+        let told = if !not_told.is_empty() {
             "Some of what is left is told apart"
+        } else if plan.chance() < plan.request.chance {
+            "What is left may be told apart"
+        } else {
+            "What is left is told apart"
         };
-        format!("{told} by {what} for {length}, {range_of}.")
+        let chance = match plan.chance() {
+            sure if sure >= plan.request.chance => String::new(),
+            unsure => format!(", with a chance of {}", chance(unsure)),
+        };
+        format!("{told} by {what} for {length}, {range_of}{chance}.")
     };
     let mut also = Vec::new();
     if !not_told.is_empty() && !all {

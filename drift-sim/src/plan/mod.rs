@@ -1,9 +1,9 @@
 //! The experiment to run: the reference, within given limits, that tells apart what a diagnosis left, and the chance that it does.
 //!
-//! One step a file. [`diagnosis_file`]: the causes that are left, with their numbers and noise. [`shapes`]: references that may tell
-//! them apart. [`rehearsal`]: each cause's closed loop simulated over one. [`separation`]: how far apart the answers are once a rival's
+//! One step a file. [`diagnosis_file`]: the causes that are left, with their numbers and noise. `shapes`: references that may tell
+//! them apart. `rehearsal`: each cause's closed loop simulated over one. `separation`: how far apart the answers are once a rival's
 //! numbers are refitted, and with which chance the diagnosis' bars are passed. Here: the shortest reference whose worst pair separates.
-//! [`page`] draws it.
+//! `page` draws it.
 
 pub mod diagnosis_file;
 mod json;

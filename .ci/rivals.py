@@ -345,8 +345,9 @@ def tables():
 
 
 def processor():
-    lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "unknown")
+    first = pathlib.Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
+    known = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in first)}
+    return ", ".join(known.get(key, "unknown") for key in ("model name", "cpu family", "model", "stepping"))
 
 
 def record():
@@ -356,7 +357,7 @@ def record():
 
 
 def check():
-    """Each row against its recorded ratio; one that seems worse is measured again, longer."""
+    """Each row against its recorded ratio; one that seems worse is measured again, longer, and the least counts: a busy machine is no loss."""
     recorded = json.loads(RECORDED.read_text())
     if recorded["processor"] != processor():
         print(f"rivals: {RECORDED} is of another processor ({recorded['processor']}): nothing to compare with here")
@@ -365,8 +366,9 @@ def check():
     for table in tables():
         wanted = recorded["ratios"][table.name]
         ratio = table.ratio(rounds)
-        if ratio > ALLOWED * wanted:
-            ratio = table.ratio(3 * rounds)
+        for _ in range(2):
+            if ratio > ALLOWED * wanted:
+                ratio = min(ratio, table.ratio(3 * rounds))
         print(f"{table.name}: {ratio:.2f} times {table.limit[0]}, recorded {wanted:.2f}", flush=True)
         if ratio > ALLOWED * wanted:
             worse.append(f"{table.name} takes {ratio / wanted:.2f} times as long as recorded")

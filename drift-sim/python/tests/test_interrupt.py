@@ -10,6 +10,14 @@ import pytest
 import drift
 
 
+@pytest.fixture(autouse=True)
+def hears_ctrl_c():
+    """A shell starts what runs in its background deaf to Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_ctrl_c_ends_a_diagnosis(oven):
     # Long enough to take far more than what the test waits for.
     run = drift.simulate(oven, duration_s=500_000, reference_mean=35.0, reference_sd=3.0, reference_hold=200)

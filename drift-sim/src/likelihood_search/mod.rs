@@ -135,9 +135,7 @@ fn concluded(
     let concluded = conclusion.diagnosis();
     let shown = unseen.as_ref().map_or(&train, Unseen::first);
     let has_healthy = !healthy.is_empty();
-    let (recordings, fitted) = (&parts.recordings, &parts.fitted);
-    let trial =
-        Trial { found: &concluded, fit: &fit, shown, recordings, fitted, is_guessed, has_healthy, predicted };
+    let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, has_healthy, predicted };
     let stands = is_noise && trial.passes();
     Some((concluded, stands))
 }

@@ -36,10 +36,6 @@ pub struct Trial<'a> {
     pub fit: &'a Fit,
     /// What simulations are held against.
     pub shown: &'a Signals,
-    /// All recordings, and how much of each was fitted.
-    pub recordings: &'a [Signals],
-    /// Samples of each that were fitted.
-    pub fitted: &'a [usize],
     /// Whether the plant came from the recordings.
     pub is_guessed: bool,
     /// Whether healthy recordings tell how noisy the sensor was before.
@@ -73,19 +69,7 @@ impl Trial<'_> {
     fn is_no_worse(&self, before: FitPct, after: FitPct) -> bool {
         self.found.physics.iter().all(is_noise)
             || error(after) < MOST_WORSE * error(before)
-            || self.is_no_worse_from_the_start()
             || self.is_as_noise_has_it()
-    }
-
-    /// The same of what was not fitted of each recording, simulated from its beginning on: where it begins anew, nobody knows the place in a gap or
-    /// the force at rest.
-    fn is_no_worse_from_the_start(&self) -> bool {
-        let squares = |model: &Loop| -> Option<f64> {
-            let of_each = self.recordings.iter().zip(self.fitted);
-            of_each.map(|(signals, fitted)| missed_squares(model, signals, *fitted)).sum()
-        };
-        let both = squares(&self.found.refitted).zip(squares(&self.found.improved));
-        both.is_some_and(|(before, after)| after < MOST_WORSE * MOST_WORSE * before)
     }
 
     /// Whether recordings that are drawn from the fit, its noise among it, are simulated no better.
@@ -148,16 +132,11 @@ fn grown(mut sensor: Vec<f64>, noise: &Noise, signals: &Signals) -> Vec<f64> {
 
 /// By how much a simulation misses u (y under an unknown law), in its own unit: how far noise leads a loop does not follow from how far it moves.
 fn missed(model: &Loop, signals: &Signals) -> Option<f64> {
-    Some(libm::sqrt(missed_squares(model, signals, 0)? / signals.len().max(1) as f64))
-}
-
-/// The sum of its squares from a sample on.
-fn missed_squares(model: &Loop, signals: &Signals, from: usize) -> Option<f64> {
     let trace = quiet_run(model, signals)?;
     let is_open = model.controller == Controller::Recorded;
     let (measured, simulated) = if is_open { (&signals.y, &trace.y) } else { (&signals.u, &trace.u) };
-    let pairs = measured.iter().zip(simulated).skip(from);
-    Some(pairs.map(|(a, b)| (a - b) * (a - b)).filter(|square| square.is_finite()).sum())
+    let squares = measured.iter().zip(simulated).map(|(a, b)| (a - b) * (a - b)).filter(|d| d.is_finite());
+    Some(libm::sqrt(squares.sum::<f64>() / measured.len().max(1) as f64))
 }
 
 fn error(fit: FitPct) -> f64 {

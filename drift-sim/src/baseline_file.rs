@@ -11,8 +11,6 @@ mod point_columns;
 mod rust_const;
 mod toml_text;
 
-use std::fs;
-use std::io::Read;
 use std::path::Path;
 
 use drift_core::{
@@ -20,7 +18,7 @@ use drift_core::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result};
+use crate::{Error, Result, text_file};
 pub use point_columns::{MOST_COLUMNS, PointColumns};
 
 /// The layout's name; another one is refused.
@@ -183,13 +181,7 @@ impl BaselineFile {
     /// # Errors
     /// It can't be read, or as [`BaselineFile::parse`].
     pub fn read(path: &Path) -> Result<Self> {
-        let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
-        let file = fs::File::open(path).map_err(refused)?;
-        let mut text = String::new();
-        file.take(LARGEST_BYTES + 1).read_to_string(&mut text).map_err(refused)?;
-        if text.len() as u64 > LARGEST_BYTES {
-            return Err(Error::new("too large for a baseline").allowed("at most 1 MB").in_file(path));
-        }
+        let text = text_file::read(path, "a baseline", LARGEST_MEGABYTES)?;
         Self::parse(&text, path)
     }
 
@@ -240,7 +232,7 @@ impl BaselineFile {
 }
 
 /// More than any baseline; a recording given by mistake is refused before it is parsed.
-const LARGEST_BYTES: u64 = 1_000_000;
+const LARGEST_MEGABYTES: u64 = 1;
 
 /// The number that the shortest digits of an `f32` name: 0.001 rather than 0.0010000000474974513.
 pub(crate) fn shortest(x: f32) -> f64 {

@@ -42,6 +42,13 @@ pub struct Input {
     pub gain: f64,
 }
 
+impl Input {
+    /// One that no recording has a column for, such as noise that is drawn.
+    pub fn made(enters: Enters) -> Self {
+        Self { column: String::new(), enters, gain: 1.0 }
+    }
+}
+
 /// Where a measured signal enters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Enters {

@@ -61,6 +61,7 @@ pub mod shortest;
 pub mod simulate;
 pub mod stage;
 pub mod terminal;
+mod text_file;
 
 pub use error::{Error, Result};
 

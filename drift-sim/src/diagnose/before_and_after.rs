@@ -6,10 +6,10 @@ use crate::controller::Controller;
 use crate::physics::UnitNames;
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::report::{Block, Chart, Section};
-use crate::sentences::{self, simple_unit};
+use crate::sentences;
 use crate::simulate::Trace;
 
-use super::page::Case;
+use super::page::{Case, named};
 use super::shown::Shown;
 use super::signals::Signals;
 use super::{Diagnosis, prove};
@@ -72,10 +72,6 @@ fn as_it_was(found: &Diagnosis) -> Loop {
 }
 
 fn rows<'a>(units: &UnitNames, is_open: bool) -> [Row<'a>; 3] {
-    let label = |what: &str, unit: &str| match unit {
-        "" => what.to_owned(),
-        unit => format!("{what} / {}", simple_unit(unit)),
-    };
     let outputs = |side: &Side<'_>| {
         let Signals { r, y, .. } = &side.shown.signals;
         let mut layers =
@@ -99,9 +95,9 @@ fn rows<'a>(units: &UnitNames, is_open: bool) -> [Row<'a>; 3] {
     };
     let (letter, unit) = if is_open { ("y", &units.y) } else { ("u", &units.u) };
     [
-        (label("r and y", &units.y), Box::new(outputs)),
-        (label("u", &units.u), Box::new(efforts)),
-        (label(&format!("{letter} \u{2212} simulated"), unit), Box::new(missed)),
+        (named("r and y", &units.y), Box::new(outputs)),
+        (named("u", &units.u), Box::new(efforts)),
+        (named(&format!("{letter} \u{2212} simulated"), unit), Box::new(missed)),
     ]
 }
 
@@ -130,13 +126,9 @@ fn changed(found: &Diagnosis, case: &Case<'_>) -> Block {
     if told.is_empty() {
         return Block::Text("No change is shown.".into());
     }
-    let since = |onset_s: f64| match onset_s {
-        onset if onset > 0.0 => case.first.clock.says(case.start_s() + onset),
-        _ => "before the recording".into(),
-    };
     let rows = told.iter().map(|named| {
         let what = named.term.kind.name.replace('_', " ");
-        vec![what, sentences::says(named, found), since(named.term.onset_s)]
+        vec![what, sentences::says(named, found), case.since(named.term.onset_s)]
     });
     Block::table(["what changed", "how", "since"], rows.collect())
 }

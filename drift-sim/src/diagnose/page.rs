@@ -44,6 +44,15 @@ impl Case<'_> {
         self.first.signals.start_s - self.first.signals.origin_s
     }
 
+    /// When an onset was, as the page says it.
+    pub(super) fn since(&self, onset_s: f64) -> String {
+        if onset_s > 0.0 {
+            self.first.clock.says(self.start_s() + onset_s)
+        } else {
+            "before the recording".into()
+        }
+    }
+
     /// Whether a number came with the loop file.
     fn is_given(&self, number: &super::Refitted) -> bool {
         !(self.is_identified && number.is_plants())
@@ -278,17 +287,11 @@ impl Writing<'_> {
     }
 
     fn evidence_row(&self, named: &Named) -> Vec<String> {
-        let onset = named.term.onset_s;
-        let begins = if onset > 0.0 {
-            self.case.first.clock.says(self.case.start_s() + onset)
-        } else {
-            "before the recording".into()
-        };
         let sure = match named.holdout_errors {
             errors if errors.is_finite() => plain(errors, 3),
             _ => "not judged there".into(),
         };
-        vec![named.term.kind.name.replace('_', " "), begins, sure]
+        vec![named.term.kind.name.replace('_', " "), self.case.since(named.term.onset_s), sure]
     }
 
     fn cell(&self, onset_s: f64) -> String {
@@ -589,7 +592,7 @@ fn rejected_rows(of: &[Rejected]) -> Vec<Vec<String>> {
 }
 
 /// An axis' name with its unit.
-fn named(what: &str, unit: &str) -> String {
+pub(super) fn named(what: &str, unit: &str) -> String {
     if unit.is_empty() { what.to_owned() } else { format!("{what} / {}", sentences::simple_unit(unit)) }
 }
 

@@ -23,19 +23,19 @@ const FREER: f64 = 10.0;
 
 /// Judges a field: what is left is what the recordings don't speak against.
 pub fn decide_surely(field: &Field, data: &Data, options: &Options, alpha: f64) -> Decision {
-    let scored = decide(field, options, f64::NEG_INFINITY).scored;
+    let scored = decide(field, options, 0.0).scored;
     let nothing = || Decision { scored: scored.clone(), ..Decision::default() };
     let Some(best) = field.rivals.first() else { return nothing() };
     let share = independent_share(&best.fit);
     let Some(foretold) = foretold(&best.fit, data, share) else { return nothing() };
     let (whole, most) = (data.whole(), -libm::log(alpha));
     let is_left = |fit: &Fit| with_hindsight(fit, &whole).is_none_or(|own| share * (foretold - own) < most);
-    let left: Vec<&'static Kind> =
-        field.rivals.par_iter().filter(|rival| is_left(&rival.fit)).map(|rival| rival.kind).collect();
     if is_left(&field.base) {
         // Nothing may be missing: what else is left is no finding.
         return nothing();
     }
+    let left: Vec<&'static Kind> =
+        field.rivals.par_iter().filter(|rival| is_left(&rival.fit)).map(|rival| rival.kind).collect();
     let near: Vec<Scored> = scored.iter().copied().filter(|s| left.contains(&s.kind)).collect();
     left_of(scored, &near)
 }

@@ -7,7 +7,7 @@ use crate::estimate::likelihood::{Cache, Data, runs};
 
 /// The missing drive of a fit, of the first recording; `None` where it can't be simulated over all of it.
 pub fn of(fit: &Fit, data: &Data) -> Option<MissingDrive> {
-    let whole = data.seeing(data.recordings.iter().map(crate::estimate::signals::Signals::len).collect());
+    let whole = data.whole();
     let longest = *whole.fitted.iter().max()?;
     let runs = runs(&fit.hypothesis, &fit.point, &whole, &mut Cache::default(), longest, true)?;
     let load = runs.into_iter().next()?.load;

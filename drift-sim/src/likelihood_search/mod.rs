@@ -23,7 +23,7 @@ pub(crate) mod nominal;
 pub mod options;
 pub(crate) mod plants;
 pub mod prove;
-mod rivals;
+pub(crate) mod rivals;
 mod search;
 pub(crate) mod simulates;
 mod starts;

@@ -62,7 +62,7 @@ fn begins_at_once(kind: &Kind) -> bool {
 }
 
 /// Numbers that a descent can't move: those of a last term that has no slope.
-fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
+pub fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
     let Some(last) = hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
     let places = hypothesis.places_of(last);
     let is_peak =

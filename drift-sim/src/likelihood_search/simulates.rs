@@ -94,7 +94,7 @@ impl Trial<'_> {
         let mut noisy = without_noise(model);
         let mut inputs = signals.inputs.clone();
         for (values, enters) in [(load, Enters::Load), (grown(sensor, noise, signals), Enters::Sensor)] {
-            noisy.inputs.push(Input { column: String::new(), enters, gain: 1.0 });
+            noisy.inputs.push(Input::made(enters));
             inputs.push(values);
         }
         let noisy = part_time::of(noisy, signals.origin_s);

@@ -5,14 +5,13 @@ mod read;
 mod section;
 mod write;
 
-use std::io::Read;
 use std::path::Path;
 
 use crate::control_loop::Loop;
-use crate::{Error, Result};
+use crate::{Result, text_file};
 
 /// More than any honest loop file; a recording given by mistake is refused before it is parsed.
-const LARGEST_BYTES: u64 = 10_000_000;
+const LARGEST_MEGABYTES: u64 = 10;
 
 impl Loop {
     /// Reads a loop file; `-` is standard input.
@@ -20,22 +19,7 @@ impl Loop {
     /// # Errors
     /// The file can't be read, or is not a sound loop: the first fault, with its line and what is allowed.
     pub fn read(path: &Path) -> Result<Self> {
-        let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
-        let mut bytes = Vec::new();
-        if path == Path::new("-") {
-            std::io::stdin().lock().take(LARGEST_BYTES + 1).read_to_end(&mut bytes).map_err(refused)?;
-        } else {
-            let file = std::fs::File::open(path).map_err(refused)?;
-            file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes).map_err(refused)?;
-        }
-        if bytes.len() as u64 > LARGEST_BYTES {
-            return Err(Error::new("too large for a loop file").allowed("at most 10 MB").in_file(path));
-        }
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let good = e.as_bytes().get(..e.utf8_error().valid_up_to()).unwrap_or(&[]);
-            let line = good.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
-            Error::new("not text").allowed("a loop file in UTF-8").at_line(line).in_file(path)
-        })?;
+        let text = text_file::read(path, "a loop file", LARGEST_MEGABYTES)?;
         Self::parse(&text, &path.display().to_string())
     }
 

@@ -1,6 +1,5 @@
 //! What a plan takes from the JSON of a diagnosis: the causes that are left, with their numbers.
 
-use std::io::Read;
 use std::path::Path;
 
 use serde_json::Value;
@@ -9,7 +8,7 @@ use super::recorded::Recorded;
 use crate::control_loop::Loop;
 use crate::diagnose::cause::{Cause, CauseNoise};
 use crate::physics::Term;
-use crate::{Error, Result};
+use crate::{Error, Result, text_file};
 
 /// The document's schema.
 const SCHEMA: &str = "drift.diagnosis/1";
@@ -26,7 +25,7 @@ pub struct OpenDiagnosis {
 }
 
 /// More than any diagnosis; a recording given by mistake is refused before it is parsed.
-const LARGEST_BYTES: u64 = 50_000_000;
+const LARGEST_MEGABYTES: u64 = 50;
 
 impl OpenDiagnosis {
     /// From a file that `drift diagnose --json` wrote.
@@ -34,16 +33,7 @@ impl OpenDiagnosis {
     /// # Errors
     /// It can't be read, or as [`OpenDiagnosis::parse`].
     pub fn read(path: &Path) -> Result<Self> {
-        let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
-        let mut bytes = Vec::new();
-        std::fs::File::open(path)
-            .and_then(|file| file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes))
-            .map_err(refused)?;
-        if bytes.len() as u64 > LARGEST_BYTES {
-            return Err(Error::new("too large for a diagnosis").allowed("at most 50 MB").in_file(path));
-        }
-        let text = String::from_utf8(bytes)
-            .map_err(|_| Error::new("not text").allowed("what drift diagnose --json writes").in_file(path))?;
+        let text = text_file::read(path, "a diagnosis", LARGEST_MEGABYTES)?;
         Self::parse(&text).map_err(|e| e.in_file(path))
     }
 

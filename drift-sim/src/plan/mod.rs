@@ -92,14 +92,15 @@ const LEAST: usize = 2 * LEAST_SAMPLES;
 const MOST: usize = 40_000;
 /// Parts of the room for r that are tried where u would leave its limits.
 const SMALLER: [f64; 4] = [1.0, 0.6, 0.35, 0.2];
-/// A pair is hopeless where the longest experiment would bring less than this, in log-likelihood, were it this many times as telling a second.
+/// A pair is hopeless where the longest experiment would bring less than this, in log-likelihood.
 const HOPELESS: f64 = 10.0;
+/// Another reference may be this many times as telling a second as those that were tried.
+const MORE_TELLING: f64 = 2.0;
 /// How often r may cross its range within the longest experiment: where nothing is known of its rate, and where a rate is called too slow.
 const OF_ITSELF: f64 = 40.0;
 const SLOWEST: f64 = 4.0;
 /// Samples of an experiment for each of the recording before it, at least: of a log's last part a fit sees nothing.
 const WEIGHT: f64 = 0.75;
-const MORE_TELLING: f64 = 2.0;
 
 impl Request {
     /// Plans.

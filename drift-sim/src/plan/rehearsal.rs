@@ -76,9 +76,7 @@ impl Stage<'_> {
             sensor.iter_mut().skip(self.rest() + onset).for_each(|noise| *noise *= ratio);
         }
         let mut model = self.model(cause);
-        for enters in [Enters::Load, Enters::Sensor] {
-            model.inputs.push(Input { column: String::new(), enters, gain: 1.0 });
-        }
+        model.inputs.extend([Enters::Load, Enters::Sensor].map(Input::made));
         self.run(&model, &[load, sensor], r)
     }
 

@@ -21,7 +21,7 @@ use crate::likelihood_search::nominal::with_noise;
 use crate::likelihood_search::options::Options;
 use crate::likelihood_search::plants::guessing;
 use crate::likelihood_search::prove::gained;
-use crate::physics::Starts;
+use crate::likelihood_search::rivals::stuck;
 use crate::plant::Plant;
 
 /// Steps of a rival's refit, and more once its rough numbers have moved.
@@ -270,9 +270,7 @@ fn likeliest(
 fn refitted(mut fit: Fit, data: &Data) -> Fit {
     let last = fit.hypothesis.candidates().len().checked_sub(1);
     let own = last.map(|last| fit.hypothesis.places_of(last)).unwrap_or_default();
-    let is_peak =
-        fit.hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak(_)));
-    let fixed = if is_peak { own.clone() } else { Vec::new() };
+    let fixed = stuck(&fit.hypothesis);
     fit.descend(data, STEPS, &fixed);
     let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
     let rough: Vec<usize> = own.into_iter().filter(is_rough).collect();

@@ -23,7 +23,7 @@ pub const SHAPES: [Shape; 5] = [Shape::Steps, Shape::Mixed, Shape::Ramps, Shape:
 pub struct Room {
     /// r at the beginning and at the end.
     pub from: f64,
-    /// Least and greatest r.
+    /// The least r.
     pub low: f64,
     /// The greatest r.
     pub high: f64,

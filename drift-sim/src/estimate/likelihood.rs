@@ -94,22 +94,10 @@ impl Data {
         self.healthy_from < self.recordings.len()
     }
 
-    /// The part of the data that short fits see: all but a hold-out.
-    #[must_use]
-    pub fn screening(&self) -> Self {
-        let seen = |(signals, n): (&Signals, &usize)| if is_screened(signals, *n) { *n } else { 0 };
-        self.seeing(self.recordings.iter().zip(&self.fitted).map(seen).collect())
-    }
-
     /// Samples of the longest recording that count.
     fn longest(&self) -> usize {
         self.fitted.iter().zip(&self.recordings).map(|(n, s)| (*n).min(s.len())).max().unwrap_or(0)
     }
-}
-
-/// Whether short fits see a recording: of a hold-out little counts.
-pub fn is_screened(signals: &Signals, fitted: usize) -> bool {
-    2 * fitted >= signals.len()
 }
 
 /// Linear parts, noise and samples, and the gains that follow from them.

@@ -10,7 +10,7 @@ use crate::estimate::signals::{Signals, held};
 use crate::physics::{KINDS, Kind, Place, Scales, Term};
 use crate::simulate::actuated;
 
-use super::climb::climb;
+use super::climb::{Steps, climb};
 
 /// Samples of all recordings that are enough to tell actuators apart.
 const ENOUGH: usize = 8_000;
@@ -19,9 +19,10 @@ const PAST_Y: usize = 3;
 const PAST_U: usize = 12;
 /// Sample times of the regression, in the recording's: a search in coarse ones finds where to begin in its own.
 const EVERY: [usize; 2] = [4, 1];
-/// Points that a search goes on from, and its steps from each.
+/// Points that a search goes on from, its steps from each, and their reach.
 const SEARCHED: usize = 8;
 const STEPS: usize = 60;
+const REACH: f64 = 0.15;
 /// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
 const WORTH: f64 = 3.0;
 /// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
@@ -101,7 +102,12 @@ impl Judge {
     fn search(&self, from: Actuated, seed: u64) -> Actuated {
         let kind = from.term.kind;
         let worth = |parameters: &[f64]| Some(self.judged(kind, parameters.to_vec())?.gain);
-        let (parameters, gain) = climb(kind, (from.term.parameters.clone(), from.gain), (STEPS, seed), worth);
+        let (parameters, gain) = climb(
+            kind,
+            (from.term.parameters.clone(), from.gain),
+            Steps { count: STEPS, reach: REACH, seed },
+            worth,
+        );
         Actuated { term: Term { parameters, ..from.term }, gain }
     }
 }

@@ -70,7 +70,7 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let family_margin = |s: &Scored| if numbers(s) < numbers(&best) { options.margin } else { inexact };
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
-            || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak(_)) && s.gain >= best.gain)
+            || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
             || (is_related(s) && s.gain > best.gain - family_margin(s))
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();

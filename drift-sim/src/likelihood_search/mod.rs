@@ -21,6 +21,7 @@ pub mod loop_likelihood;
 mod missing_drive;
 pub(crate) mod nominal;
 pub mod options;
+mod pairs;
 pub(crate) mod plants;
 pub mod prove;
 pub(crate) mod rivals;

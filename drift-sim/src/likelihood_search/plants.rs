@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::is_noise;
-use crate::estimate::likelihood::{Data, is_screened};
+use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
 use crate::physics::{Kind, Scales, Term};
@@ -121,7 +121,8 @@ pub fn with_actuators(
     (is_open, options): (bool, &Options),
 ) -> Vec<Candidate> {
     let scales = measure::scales(model, recordings);
-    let seen = recordings.iter().zip(fitted).filter(|(signals, fitted)| is_screened(signals, **fitted));
+    // Of a hold-out too little counts for a regression.
+    let seen = recordings.iter().zip(fitted).filter(|(signals, fitted)| 2 * **fitted >= signals.len());
     let seen: Vec<Signals> = seen.map(|(signals, fitted)| signals.part(0, *fitted)).collect();
     let terms = actuators::likeliest(model, &seen, &scales);
     if is_open {
@@ -140,7 +141,7 @@ pub fn with_actuators(
 /// The fit of a term beside a plant.
 fn beside(term: &Term, plant: &Identified) -> Option<(&'static Kind, Fit)> {
     let wider = plant.nominal.hypothesis.with(term.clone());
-    Some((term.kind, nominal::fit_noise(&wider, &plant.data.screening(), &wider.places_of(0))?))
+    Some((term.kind, nominal::fit_noise(&wider, &plant.data, &wider.places_of(0))?))
 }
 
 /// An unknown plant behind an actuator.

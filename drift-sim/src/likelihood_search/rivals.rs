@@ -10,7 +10,7 @@ use crate::stage;
 
 use super::decide::cost_of;
 use super::nominal;
-use super::starts::{Base, Begin, begins};
+use super::starts::{Base, Begin, begins, needles};
 
 /// Starts of a kind from each base, and how far apart two of them begin, as part of the recording.
 const STARTS: usize = 2;
@@ -26,6 +26,11 @@ const AGAIN: usize = 5;
 const POLISH: usize = 30;
 /// Part of the best one's gain from which on a kind's fit is polished.
 const NEAR: f64 = 0.8;
+/// Part of the best one's gain, and gain, from which on a needle is searched for.
+const NEEDLED: f64 = 0.5;
+const LEAST_NEEDLED: f64 = 60.0;
+/// How often, each time from the numbers that the last search found.
+const NEEDLES: usize = 3;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
 const WORTH: f64 = 0.15;
 const CLOSE: f64 = 60.0;
@@ -41,6 +46,19 @@ pub struct Rival {
     pub fit: Fit,
     /// Whether it was fitted to the end: else it was far behind.
     pub ended: bool,
+}
+
+impl Rival {
+    /// The best of the points about its fit that may be the peak, the other numbers fitted again.
+    fn nearer(&mut self, data: &Data, fixed: &[usize]) {
+        for begin in needles(&self.fit, data) {
+            let Some(mut fit) = Fit::at(&begin.hypothesis, &begin.point, data) else { continue };
+            fit.descend(data, LONG, fixed);
+            if fit.objective() < self.fit.objective() {
+                self.fit = fit;
+            }
+        }
+    }
 }
 
 /// A base and all kinds beside it.
@@ -66,7 +84,7 @@ pub fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
     let Some(last) = hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
     let places = hypothesis.places_of(last);
     let is_peak =
-        hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak(_)));
+        hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak { .. }));
     if is_peak { places } else { Vec::new() }
 }
 
@@ -82,9 +100,9 @@ pub enum Round {
 /// Fall of the objective that a start must promise in a later round.
 const PROMISES: f64 = 8.0;
 
-/// Short fits of the kinds of a round beside a base; they see the screening part of the data.
+/// Short fits of the kinds of a round beside a base.
 pub struct Sketch {
-    /// The base, on that part.
+    /// The base, fitted again.
     seen: Fit,
     short: Vec<(&'static Kind, Fit)>,
 }
@@ -92,7 +110,6 @@ pub struct Sketch {
 impl Sketch {
     /// The short fits; `None` where the base can't be simulated.
     pub fn of(base: &Fit, data: &Data, round: Round) -> Option<Self> {
-        let screening = &data.screening();
         let present = |kind: &Kind| base.hypothesis.candidates().iter().any(|term| term.kind == kind);
         let kinds: Vec<&'static Kind> = KINDS
             .iter()
@@ -100,26 +117,26 @@ impl Sketch {
             .filter(|kind| is_searched(kind) && (kind.applies)(&base.hypothesis.model.plant))
             .filter(|kind| !present(kind))
             .collect();
-        let mut seen = Fit::at(&base.hypothesis, &base.point, screening)?;
-        seen.descend(screening, SHORT, &[]);
+        let mut seen = base.clone();
+        seen.descend(data, SHORT, &[]);
         let is_first = matches!(round, Round::First);
-        let quiet = if is_first { nominal::quiet(&seen, screening) } else { None };
+        let quiet = if is_first { nominal::quiet(&seen, data) } else { None };
         let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
             .into_iter()
             .flatten()
-            .filter_map(|fit| Base::new(fit, screening))
+            .filter_map(|fit| Base::new(fit, data))
             .collect();
         let must_promise = matches!(round, Round::Later);
         stage::begins("every kind of physics, at a glance", kinds.len());
         let short = kinds
             .par_iter()
             .filter_map(|kind| {
-                let fit = short_fit(&bases, kind, screening, must_promise);
+                let fit = short_fit(&bases, kind, data, must_promise);
                 stage::step();
                 Some((*kind, fit?))
             })
             .collect();
-        let short = second_round(short, &seen, screening);
+        let short = second_round(short, &seen, data);
         Some(Self { seen, short })
     }
 
@@ -150,18 +167,18 @@ impl Sketch {
             .short
             .into_par_iter()
             .zip(gains)
-            .filter_map(|((kind, fit), gain)| {
+            .map(|((kind, mut fit), gain)| {
                 let ended = gain > (WORTH * top).min(top - CLOSE).max(LEAST);
-                let mut whole = Fit::at(&fit.hypothesis, &fit.point, data)?;
                 if ended {
-                    to_the_end(&mut whole, kind, data);
+                    to_the_end(&mut fit, kind, data);
                 }
                 stage::step();
-                Some(Rival { kind, fit: whole, ended })
+                Rival { kind, fit, ended }
             })
             .collect();
         let mut field = Field { base: base.clone(), rivals };
         field.share(data);
+        field.search_needles(data);
         field
     }
 }
@@ -378,6 +395,26 @@ impl Field {
         });
         self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
         self.polish(data);
+    }
+
+    /// A kind whose peak is as narrow as a needle, where it is nearly as likely as the best one or is that itself: its fit may lie beside the peak.
+    fn search_needles(&mut self, data: &Data) {
+        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
+        let gains: Vec<f64> = self.rivals.iter().map(|rival| self.gain(rival)).collect();
+        for (rival, gain) in self.rivals.iter_mut().zip(gains) {
+            let fixed = stuck(&rival.fit.hypothesis);
+            if fixed.is_empty() || gain < NEEDLED * top || gain < LEAST_NEEDLED {
+                continue;
+            }
+            for _ in 0..NEEDLES {
+                let before = rival.fit.objective();
+                rival.nearer(data, &fixed);
+                if before - rival.fit.objective() < LEADS {
+                    break;
+                }
+            }
+        }
+        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
     }
 
     /// The likeliest, each to where no step gains any more: what decides between them is their distance.

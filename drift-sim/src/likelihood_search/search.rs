@@ -45,6 +45,7 @@ pub struct Choice {
 }
 
 /// A kind's fit beside the nominal loop.
+#[derive(Clone)]
 pub struct Contender {
     /// The fit, the kind its last candidate.
     pub fit: Fit,
@@ -59,6 +60,7 @@ const KEPT_BESIDE: usize = 3;
 const KEPT: usize = 7;
 
 /// Where a search ended.
+#[derive(Clone)]
 pub struct Found {
     /// The nominal loop, its numbers refitted.
     pub base: Fit,
@@ -134,8 +136,20 @@ impl Search<'_> {
         let decision = self.decide(&first, 0.0);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let contenders = contenders(&first, &decision);
+        let scored = decision.scored.clone();
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
+        self.follow(&mut found);
+        self.pair(&mut found, &first, &scored);
+        // Where causes are left, what is left beside the likeliest of them counts.
+        let left = if found.set.is_empty() { &found.base } else { likeliest };
+        found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
+        self.prove(&mut found);
+        found
+    }
+
+    /// Names kind after kind beside what is named already.
+    pub(super) fn follow(&self, found: &mut Found) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
             let Some(next) = field(&best, self.data, Round::Later) else { break };
@@ -146,18 +160,13 @@ impl Search<'_> {
             }
             let before = found.named.len();
             let set = std::mem::take(&mut found.set);
-            self.take(&mut found, &next, decision);
+            self.take(found, &next, decision);
             found.set = set;
             if found.named.len() == before {
                 break;
             }
-            self.reconsider(&mut found);
+            self.reconsider(found);
         }
-        // Where causes are left, what is left beside the likeliest of them counts.
-        let left = if found.set.is_empty() { &found.base } else { likeliest };
-        found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
-        self.prove(&mut found);
-        found
     }
 
     /// A field beside a plant to which the late responses belong that lead one after the other.

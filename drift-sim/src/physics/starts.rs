@@ -8,8 +8,13 @@ pub enum Starts {
     /// These points are tried, one simulation each.
     Grid(fn(&Scales) -> Vec<Start>),
     /// The same where the likelihood is a peak too narrow for a grid, along which it is not smooth: random steps climb it from the best points, and no slope
-    /// is asked for.
-    Peak(fn(&Scales) -> Vec<Start>),
+    /// is asked for. Thousands of points near a fit of it that is good but may lie beside the peak are judged by a linear forecast.
+    Peak {
+        /// The points that are tried at first.
+        coarse: fn(&Scales) -> Vec<Start>,
+        /// Those about the parameters of a fit.
+        fine: fn(&[f64]) -> Vec<Vec<f64>>,
+    },
     /// What it does is in proportion to its first parameter, from the start of the recording: one small trial tells the size.
     Proportional,
     /// It begins at an unknown time, and from then on acts in proportion to a signal: a matched filter finds when.
@@ -28,7 +33,7 @@ impl Starts {
     /// The points that are tried, where there are any.
     pub fn points(&self, scales: &Scales) -> Option<Vec<Start>> {
         match self {
-            Self::Grid(points) | Self::Peak(points) => Some(points(scales)),
+            Self::Grid(points) | Self::Peak { coarse: points, .. } => Some(points(scales)),
             _ => None,
         }
     }

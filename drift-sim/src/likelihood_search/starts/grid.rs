@@ -3,15 +3,16 @@
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::physics::{Kind, Start};
 
-use super::super::climb::climb;
+use super::super::climb::{Steps, climb};
 use super::{Base, Begin, neutral, wider};
 
 /// Size of a trial of what acts in proportion, in the parameter's own scale.
 const TRIAL: f64 = 0.02;
 
-/// Points of a grid from which a narrow peak is climbed, and steps of each.
+/// Points of a grid from which a narrow peak is climbed, steps of each, and their reach.
 const CLIMBED: usize = 6;
 const STEPS: usize = 40;
+const REACH: f64 = 0.15;
 
 /// Logarithm of a gain from which a start is tried with it as well.
 const OTHER_GAIN: f64 = 0.2;
@@ -52,7 +53,8 @@ fn climbed(base: &Base<'_>, kind: &Kind, begin: &mut Begin, seed: u64) {
     let Some(realised) = hypothesis.realise(&begin.point) else { return };
     let Some(term) = realised.model.physics.last() else { return };
     let from = (term.parameters.clone(), begin.score);
-    let (parameters, score) = climb(kind, from, (STEPS, seed), |p| base.score(hypothesis, &at(p)));
+    let (parameters, score) =
+        climb(kind, from, Steps { count: STEPS, reach: REACH, seed }, |p| base.score(hypothesis, &at(p)));
     (begin.point, begin.score) = (at(&parameters), score);
 }
 

@@ -2,8 +2,10 @@
 //! the base's own numbers could take up has been projected out.
 
 mod grid;
+mod needle;
 mod noise_change;
 mod onset;
+mod spectrum;
 mod wave;
 
 use crate::estimate::fit::{Fit, Tangent};
@@ -47,18 +49,7 @@ impl<'a> Base<'a> {
     /// The directions of a fit; `None` where it can't be simulated beside its point.
     pub fn new(fit: &'a Fit, data: &'a Data) -> Option<Self> {
         let tangent = fit.tangent(data, &[])?;
-        let mut directions: Vec<Vec<f64>> = Vec::new();
-        for column in tangent.columns() {
-            let size = dot(column, column);
-            let mut left = without(&directions, column.clone());
-            left = without(&directions, left);
-            let norm = dot(&left, &left);
-            if norm > 1e-10 * size && norm > 0.0 {
-                let factor = 1.0 / libm::sqrt(norm);
-                left.iter_mut().for_each(|x| *x *= factor);
-                directions.push(left);
-            }
-        }
+        let directions = orthonormal(tangent.columns().iter().map(Vec::as_slice));
         let rest = without(&directions, fit.rows.z.clone());
         let rest_squares = dot(&rest, &rest);
         let cache = Cache::at(&fit.hypothesis, &fit.point, data);
@@ -127,7 +118,7 @@ impl<'a> Base<'a> {
 pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
     let mut found = match kind.search {
         Starts::Grid(points) => grid::points(base, kind, &points(&base.fit.hypothesis.scales)),
-        Starts::Peak(points) => grid::peaks(base, kind, &points(&base.fit.hypothesis.scales)),
+        Starts::Peak { coarse, .. } => grid::peaks(base, kind, &coarse(&base.fit.hypothesis.scales)),
         Starts::Proportional => grid::proportional(base, kind),
         Starts::Onset(weight) => onset::steps(base, kind, weight),
         Starts::Ramp(weight) => onset::ramps(base, kind, weight),
@@ -141,6 +132,14 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
     found
 }
 
+/// Points about a fit whose last candidate has a likelihood as narrow as a needle, the best first; none of other kinds.
+pub fn needles(fit: &Fit, data: &Data) -> Vec<Begin> {
+    let Some(base) = Base::new(fit, data) else { return Vec::new() };
+    let mut found = needle::about(&base).unwrap_or_default();
+    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    found
+}
+
 /// The base's hypothesis with a term of the kind at these values.
 fn wider(base: &Base<'_>, kind: &'static Kind, parameters: Vec<f64>) -> Hypothesis {
     base.fit.hypothesis.with(Term { kind, parameters, onset_s: 0.0, spans: Vec::new() })
@@ -149,6 +148,23 @@ fn wider(base: &Base<'_>, kind: &'static Kind, parameters: Vec<f64>) -> Hypothes
 /// A term's parameters where it does nothing.
 fn neutral(kind: &Kind) -> Vec<f64> {
     kind.parameters.iter().map(|parameter| parameter.neutral).collect()
+}
+
+/// Orthonormal directions of what columns span.
+fn orthonormal<'a>(columns: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
+    let mut directions: Vec<Vec<f64>> = Vec::new();
+    for column in columns {
+        let size = dot(column, column);
+        let mut left = without(&directions, column.to_vec());
+        left = without(&directions, left);
+        let norm = dot(&left, &left);
+        if norm > 1e-10 * size && norm > 0.0 {
+            let factor = 1.0 / libm::sqrt(norm);
+            left.iter_mut().for_each(|x| *x *= factor);
+            directions.push(left);
+        }
+    }
+    directions
 }
 
 fn without(directions: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {
@@ -164,7 +180,9 @@ pub fn trial_power(base: &Base<'_>, kind: &'static Kind) -> Option<(Term, f64)> 
     let scales = &base.fit.hypothesis.scales;
     let middle = 0.5 * scales.duration_s;
     let (parameters, onset_s) = match kind.search {
-        Starts::Grid(points) | Starts::Peak(points) => (points(scales).into_iter().next()?.parameters, 0.0),
+        Starts::Grid(points) | Starts::Peak { coarse: points, .. } => {
+            (points(scales).into_iter().next()?.parameters, 0.0)
+        }
         Starts::Wave(Over::Time) => (vec![0.3 * scales.drive, 10.0 / scales.duration_s, 0.0], 0.0),
         Starts::Wave(Over::Position) => (vec![0.3 * scales.drive, 0.1 * scales.position, 0.0], 0.0),
         Starts::Proportional => (sized(kind, scales), 0.0),

@@ -1,15 +1,13 @@
 //! When something begins, by a matched filter: the innovations' answer to a step, from one simulation, is correlated with the
 //! innovations at every sample, weighted by what acts in proportion; the best times are checked exactly.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
-
 use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::innovations::SETTLING;
 use crate::estimate::signals::{Signals, held};
 use crate::physics::{Kind, Start, Weight};
 use crate::plant::{Output, Plant};
 
+use super::spectrum::Spectrum;
 use super::{Base, Begin, neutral, wider};
 
 /// Size of the trial step, in the parameter's own scale.
@@ -96,36 +94,17 @@ fn step_answer(base: &Base<'_>, weight: Weight) -> Option<Vec<f64>> {
     Some(answer)
 }
 
+/// The answer to an impulse, from that to a step.
+pub fn impulse_of(step: &[f64]) -> Vec<f64> {
+    let changes = step.windows(2).map(|p| p[1] - p[0]);
+    step.first().copied().into_iter().chain(changes).collect()
+}
+
 /// For every sample the fall of the squares that a step (a ramp) from there on promises.
 fn promises(base: &Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Option<Vec<f64>> {
     let n = answer.len();
-    let size = (2 * n).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
-    let spectrum = |x: &[f64]| -> Option<Vec<Complex<f64>>> {
-        let mut padded = x.to_vec();
-        padded.resize(size, 0.0);
-        let mut out = forward.make_output_vec();
-        forward.process(&mut padded, &mut out).ok()?;
-        Some(out)
-    };
-    let signal = |mut x: Vec<Complex<f64>>| -> Option<Vec<f64>> {
-        // Rounding may leave an imaginary part where none can be.
-        if let Some(first) = x.first_mut() {
-            first.im = 0.0;
-        }
-        if let Some(last) = x.last_mut() {
-            last.im = 0.0;
-        }
-        let mut out = back.make_output_vec();
-        back.process(&mut x, &mut out).ok()?;
-        out.iter_mut().for_each(|x| *x /= size as f64);
-        Some(out)
-    };
-    let impulse: Vec<f64> = std::iter::once(answer.first().copied().unwrap_or(0.0))
-        .chain(answer.windows(2).map(|p| p[1] - p[0]))
-        .collect();
-    let impulse = spectrum(&impulse)?;
+    let spectrum = Spectrum::convolving(n);
+    let impulse = spectrum.of(&impulse_of(answer))?;
     let last = answer.last().copied().unwrap_or(0.0);
     let transient: f64 = answer.iter().map(|a| (a - last) * (a - last)).sum();
     let (mut along, mut power) = (vec![0.0; n], vec![0.0; n]);
@@ -138,8 +117,8 @@ fn promises(base: &Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Opti
         }
         let z = base.fit.rows.z.get(first..first + length)?;
         first += length;
-        let matched = signal(
-            spectrum(z.get(..length.min(n))?)?.iter().zip(&impulse).map(|(z, h)| z * h.conj()).collect(),
+        let matched = spectrum.signal(
+            spectrum.of(z.get(..length.min(n))?)?.iter().zip(&impulse).map(|(z, h)| z * h.conj()).collect(),
         )?;
         let matched = matched.get(..n)?;
         match (weight, ramp) {
@@ -163,7 +142,8 @@ fn promises(base: &Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Opti
                 let acting = acting(base, weight, signals, n)?;
                 let weighted: Vec<f64> = acting.iter().zip(matched).map(|(v, q)| v * q).collect();
                 add(&mut along, &from_here(&weighted));
-                let answered = signal(spectrum(&acting)?.iter().zip(&impulse).map(|(v, h)| v * h).collect())?;
+                let answered = spectrum
+                    .signal(spectrum.of(&acting)?.iter().zip(&impulse).map(|(v, h)| v * h).collect())?;
                 let squares: Vec<f64> = answered.get(..n)?.iter().map(|a| a * a).collect();
                 add(&mut power, &from_here(&squares));
                 let at_once: Vec<f64> = acting.iter().map(|v| 0.5 * v * v * transient).collect();

@@ -1,0 +1,46 @@
+//! Spectra of real signals of one length, padded with zeros.
+
+use std::sync::Arc;
+
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+/// The transform there and back.
+pub struct Spectrum {
+    forward: Arc<dyn RealToComplex<f64>>,
+    back: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl Spectrum {
+    /// Of signals of so many samples, of which two are convolved without one's end meeting the other's beginning.
+    pub fn convolving(samples: usize) -> Self {
+        let size = (2 * samples).next_power_of_two();
+        let mut planner = RealFftPlanner::<f64>::new();
+        Self { forward: planner.plan_fft_forward(size), back: planner.plan_fft_inverse(size) }
+    }
+
+    /// A signal's spectrum.
+    pub fn of(&self, x: &[f64]) -> Option<Vec<Complex<f64>>> {
+        let mut padded = x.to_vec();
+        padded.resize(self.forward.len(), 0.0);
+        let mut out = self.forward.make_output_vec();
+        self.forward.process(&mut padded, &mut out).ok()?;
+        Some(out)
+    }
+
+    /// A spectrum's signal.
+    pub fn signal(&self, mut x: Vec<Complex<f64>>) -> Option<Vec<f64>> {
+        // Rounding may leave an imaginary part where none can be.
+        if let Some(first) = x.first_mut() {
+            first.im = 0.0;
+        }
+        if let Some(last) = x.last_mut() {
+            last.im = 0.0;
+        }
+        let mut out = self.back.make_output_vec();
+        self.back.process(&mut x, &mut out).ok()?;
+        let size = out.len() as f64;
+        out.iter_mut().for_each(|x| *x /= size);
+        Some(out)
+    }
+}

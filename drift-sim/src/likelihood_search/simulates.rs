@@ -11,6 +11,7 @@ use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, run};
 use crate::diagnose::{Diagnosis, Named, part_time};
 use crate::estimate::fit::Fit;
+use crate::estimate::inner_product::dot;
 use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
 use crate::physics::{Place, Starts};
@@ -25,6 +26,8 @@ const STRONG: f64 = 50.0;
 const MOST_WORSE: f64 = 1.25;
 /// Part of the drive that must be u's for the noise to excuse that a guessed plant does not follow.
 const LEAST_PREDICTED: f64 = 0.3;
+/// The same where the simulation follows nothing of y at all, as one of an integrator from u alone does.
+const MOSTLY: f64 = 0.9;
 /// Recordings that are drawn to see how far noise leads a simulation astray.
 const DRAWN: u64 = 4;
 
@@ -61,6 +64,7 @@ impl Trial<'_> {
                 && !self.found.physics.is_empty()
                 && self.found.physics.iter().all(|named| is_noise(named) && is_strong(named)))
             || after.y_pct > LEAST_SIMULATED_PCT
+            || (self.predicted > MOSTLY && self.is_as_noise_has_it())
             || (after.y_pct > 0.0
                 && ((error(after) < CLOSER * error(before) && self.found.physics.iter().any(is_strong))
                     || (self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it())))
@@ -75,9 +79,11 @@ impl Trial<'_> {
     /// Whether recordings that are drawn from the fit, its noise among it, are simulated no better.
     fn is_as_noise_has_it(&self) -> bool {
         let model = &self.found.improved;
-        let missed_of_drawn = |seed| missed(model, &self.drawn(model, seed)?);
+        let Some(realised) = self.fit.hypothesis.realise(&self.fit.point) else { return false };
+        let load = realised.noise.load_ratio * self.fit.rows.sensor_sd;
+        let missed_of_drawn = |seed| missed(model, &self.drawn(model, seed)?, load);
         let drawn: Option<Vec<f64>> = (0..DRAWN).map(missed_of_drawn).collect();
-        let of_shown = missed(model, self.shown).unwrap_or(f64::INFINITY);
+        let of_shown = missed(model, self.shown, load).unwrap_or(f64::INFINITY);
         drawn.is_some_and(|errors| of_shown < MOST_WORSE * errors.iter().sum::<f64>() / DRAWN as f64)
     }
 
@@ -130,13 +136,28 @@ fn grown(mut sensor: Vec<f64>, noise: &Noise, signals: &Signals) -> Vec<f64> {
     sensor
 }
 
-/// By how much a simulation misses u (y under an unknown law), in its own unit: how far noise leads a loop does not follow from how far it moves.
-fn missed(model: &Loop, signals: &Signals) -> Option<f64> {
-    let trace = quiet_run(model, signals)?;
-    let is_open = model.controller == Controller::Recorded;
-    let (measured, simulated) = if is_open { (&signals.y, &trace.y) } else { (&signals.u, &trace.u) };
-    let squares = measured.iter().zip(simulated).map(|(a, b)| (a - b) * (a - b)).filter(|d| d.is_finite());
-    Some(libm::sqrt(squares.sum::<f64>() / measured.len().max(1) as f64))
+/// By how much a simulation misses u (y under an unknown law), in its own unit: how far noise leads a loop does not follow from how far it moves. What a load
+/// that stays makes of it does not count: under a random load nothing tells its size for sure, and behind an integrator it leads anywhere.
+fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
+    let missed_under = |load: f64| {
+        let mut model = model.clone();
+        model.inputs.push(Input::made(Enters::Load));
+        let mut inputs = signals.inputs.clone();
+        inputs.push(vec![load; signals.len()]);
+        let trace = quiet_run(&model, &Signals { inputs, ..signals.clone() })?;
+        let is_open = model.controller == Controller::Recorded;
+        let (measured, simulated) = if is_open { (&signals.y, &trace.y) } else { (&signals.u, &trace.u) };
+        let differences =
+            measured.iter().zip(simulated).map(|(a, b)| if a.is_finite() { a - b } else { 0.0 });
+        Some(differences.collect::<Vec<f64>>())
+    };
+    let missed = missed_under(0.0)?;
+    let taken = missed_under(load).map_or(0.0, |under| {
+        let answer: Vec<f64> = under.iter().zip(&missed).map(|(a, b)| a - b).collect();
+        let along = dot(&answer, &missed);
+        along * along / dot(&answer, &answer).max(1e-300)
+    });
+    Some(libm::sqrt((dot(&missed, &missed) - taken).max(0.0) / missed.len().max(1) as f64))
 }
 
 fn error(fit: FitPct) -> f64 {

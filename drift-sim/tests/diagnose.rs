@@ -293,6 +293,38 @@ fn days_of_one_loop_are_pooled() {
     assert!((width - 1.0).abs() < 2.0 * half && half < 0.1, "{width} +- {half}");
 }
 
+const FLOW: &str = "[loop]\nsample_time_s = 0.5\n[units]\nr = \"m3/h\"\ny = \"m3/h\"\nu = \"%\"\n\
+    [controller]\nkind = \"pi\"\nkp = 1.2\nki = 0.2\nu_min = 0.0\nu_max = 100.0\n\
+    [plant]\nkind = \"first-order\"\ngain = 0.92\ntime_constant_s = 5.7\ndelay_s = 1.2\n[sensor]\nnoise = 0.15\n";
+
+/// A flow loop at rest, whose valve sticks: the likelihood is a needle, 0.3 % of the band wide, and backlash is likelier than anything beside it.
+#[test]
+#[ignore = "slow: four diagnoses"]
+fn a_sticking_valve_is_found_to_a_part_in_a_hundred() {
+    let truth = Loop::parse(FLOW, "loop.toml").unwrap();
+    let valve = Term::new("stiction", &[("stick_band", 4.68), ("slip_jump", 0.91)]).unwrap();
+    let recorded = |seed: u64| {
+        let truth = Loop { physics: vec![valve.clone()], ..truth.clone() };
+        let r = vec![50.0; 6000];
+        let trace = simulate(&truth, &r, &[], seed, None).unwrap();
+        let state = vec![RowState::Valid; r.len()];
+        let recording =
+            Recording { sample_time_s: 0.5, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+        Signals::new(&recording, &truth).unwrap()
+    };
+    for seed in 0..4 {
+        let (train, holdout) = (recorded(2 * seed), recorded(2 * seed + 1));
+        let found = diagnose(&[train], Some(&holdout), &stated(FLOW)).unwrap();
+        let [named] = found.physics.as_slice() else { panic!("seed {seed}: {:?}", found.physics) };
+        assert_eq!(named.term.kind.name, "stiction", "seed {seed}");
+        let [band, jump] = named.term.parameters.as_slice() else { panic!("{:?}", named.term) };
+        assert!(
+            (band / 4.68 - 1.0).abs() < 0.01 && (jump / 0.91 - 1.0).abs() < 0.1,
+            "seed {seed}: {band} {jump}"
+        );
+    }
+}
+
 #[test]
 fn no_recording_is_one_line() {
     let error = diagnose(&[], None, &unknown_plant()).unwrap_err().to_string();

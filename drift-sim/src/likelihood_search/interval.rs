@@ -4,6 +4,7 @@
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
+use crate::physics::Starts;
 use crate::plant::Role;
 
 use super::decide::independent_share;
@@ -47,24 +48,47 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         *width = if free.smooth {
             by_curvature
         } else {
-            by_profile(fit, data, &tangent, i, CHI_SQUARED / share)
+            by_profile(fit, data, &tangent, &[i], CHI_SQUARED / share)
                 .map_or(by_curvature, |w| w.max(by_curvature))
         };
+    }
+    for own in needles(fit) {
+        let tangent = own.iter().fold(tangent.clone(), |tangent, place| tangent.without(*place));
+        let together = by_profile(fit, data, &tangent, &own, CHI_SQUARED / share).unwrap_or(0.0);
+        for place in own {
+            let alone = by_profile(fit, data, &tangent, &[place], CHI_SQUARED / share).unwrap_or(0.0);
+            if let Some(width) = widths.get_mut(place) {
+                *width = alone.max(together);
+            }
+        }
     }
     widths
 }
 
-/// The farther of the two distances at which the objective has risen by `rise`.
-fn by_profile(fit: &Fit, data: &Data, tangent: &Tangent, place: usize, rise: f64) -> Option<f64> {
-    let free = fit.hypothesis.free.get(place)?;
-    let at = *fit.point.x.get(place)?;
-    let others = tangent.without(place);
+/// The numbers of each term whose peak is as narrow as a needle, along which there is no slope.
+fn needles(fit: &Fit) -> Vec<Vec<usize>> {
+    let terms = fit.hypothesis.candidates().iter().enumerate();
+    let sharp = terms.filter(|(_, term)| matches!(term.kind.search, Starts::Peak { .. }));
+    sharp.map(|(i, _)| fit.hypothesis.places_of(i)).collect()
+}
+
+/// The farther of the two distances by which numbers are moved together when the objective has risen by `rise`.
+fn by_profile(fit: &Fit, data: &Data, tangent: &Tangent, places: &[usize], rise: f64) -> Option<f64> {
+    let first = *places.first()?;
+    let free = fit.hypothesis.free.get(first)?;
+    let at = *fit.point.x.get(first)?;
+    let slope = free.slope(at).abs();
+    let others = places.iter().fold(tangent.clone(), |tangent, place| tangent.without(*place));
     let risen = |distance: f64| -> bool {
         let mut point = fit.point.clone();
-        let Some(x) = point.x.get_mut(place) else { return true };
-        *x += distance;
-        if *x <= free.low || *x >= free.high {
-            return true;
+        for place in places {
+            let (Some(free), Some(x)) = (fit.hypothesis.free.get(*place), point.x.get_mut(*place)) else {
+                return true;
+            };
+            *x += distance * slope / free.slope(*x).abs();
+            if *x <= free.low || *x >= free.high {
+                return true;
+            }
         }
         let Some(mut moved) = Fit::at(&fit.hypothesis, &point, data) else { return true };
         if moved.objective() - fit.objective() > 10.0 * rise {
@@ -89,5 +113,5 @@ fn by_profile(fit: &Fit, data: &Data, tangent: &Tangent, place: usize, rise: f64
         }
         far.abs()
     };
-    Some(end(1.0).max(end(-1.0)) * free.slope(at).abs())
+    Some(end(1.0).max(end(-1.0)) * slope)
 }

@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use crate::estimate::fit::{Fit, SLID_GAIN, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
-use crate::physics::{KINDS, Kind, Parameter, Place, Starts};
+use crate::physics::{KINDS, Kind, Parameter, Place, Start, Starts};
 use crate::stage;
 
+use super::climb::{Steps, climb};
 use super::decide::cost_of;
 use super::nominal;
 use super::starts::{Base, Begin, begins, needles};
@@ -29,7 +30,8 @@ const NEAR: f64 = 0.8;
 /// Part of the best one's gain, and gain, from which on a needle is searched for.
 const NEEDLED: f64 = 0.5;
 const LEAST_NEEDLED: f64 = 60.0;
-/// How often, each time from the numbers that the last search found.
+/// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
+const NEEDLED_AGAIN: usize = 3;
 const NEEDLES: usize = 3;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
 const WORTH: f64 = 0.15;
@@ -51,12 +53,40 @@ pub struct Rival {
 impl Rival {
     /// The best of the points about its fit that may be the peak, the other numbers fitted again.
     fn nearer(&mut self, data: &Data, fixed: &[usize]) {
-        for begin in needles(&self.fit, data) {
+        for begin in needles(&self.fit, data).into_iter().take(NEEDLES) {
             let Some(mut fit) = Fit::at(&begin.hypothesis, &begin.point, data) else { continue };
             fit.descend(data, LONG, fixed);
             if fit.objective() < self.fit.objective() {
                 self.fit = fit;
             }
+        }
+    }
+}
+
+/// Steps of the last climb of a needle, by runs of the filter, and their reach.
+const NEEDLE_STEPS: usize = 100;
+const NEEDLE_REACH: f64 = 0.002;
+
+impl Rival {
+    /// The last part of the way to the peak: one event that comes a sample late costs more than all numbers do.
+    fn climb_needle(&mut self, data: &Data, fixed: &[usize]) {
+        let fit = self.fit.clone();
+        let hypothesis = &fit.hypothesis;
+        let at = |parameters: &[f64]| {
+            let point = hypothesis.started(&fit.point, &Start::of(parameters.to_vec()), 0.0);
+            Fit::at(hypothesis, &point, data)
+        };
+        let Some(term) =
+            hypothesis.realise(&fit.point).and_then(|realised| realised.model.physics.last().cloned())
+        else {
+            return;
+        };
+        let steps = Steps { count: NEEDLE_STEPS, reach: NEEDLE_REACH, seed: 0 };
+        let worth = |parameters: &[f64]| Some(-at(parameters)?.objective());
+        let (parameters, _) = climb(self.kind, (term.parameters, -fit.objective()), steps, worth);
+        if let Some(mut fit) = at(&parameters) {
+            fit.descend(data, LONG, fixed);
+            self.fit = fit;
         }
     }
 }
@@ -406,13 +436,14 @@ impl Field {
             if fixed.is_empty() || gain < NEEDLED * top || gain < LEAST_NEEDLED {
                 continue;
             }
-            for _ in 0..NEEDLES {
+            for _ in 0..NEEDLED_AGAIN {
                 let before = rival.fit.objective();
                 rival.nearer(data, &fixed);
                 if before - rival.fit.objective() < LEADS {
                     break;
                 }
             }
+            rival.climb_needle(data, &fixed);
         }
         self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
     }

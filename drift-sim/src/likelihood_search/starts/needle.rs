@@ -18,9 +18,10 @@ use super::{Base, Begin, neutral, onset, orthonormal};
 
 /// Samples of the first recording that the forecast sees.
 const SEEN: usize = 6_000;
-/// Points that are run, steps of a climb from each before it is, and their reach.
-const RUN: usize = 4;
-const STEPS: usize = 100;
+/// Points that are run, how far apart they are as logarithms of their parameters, steps of a climb from each before it is run, and their reach.
+const RUN: usize = 16;
+const APART: f64 = 0.03;
+const STEPS: usize = 60;
 const REACH: f64 = 0.004;
 /// Size of the step that tells how the innovations answer, as part of u's range.
 const STEP: f64 = 0.01;
@@ -35,7 +36,7 @@ pub fn about(base: &Base<'_>) -> Option<Vec<Begin>> {
         .filter_map(|parameters| Some((forecast.squares(&parameters)?, parameters)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let climbed = judged.into_par_iter().take(RUN).enumerate().map(|(i, (squares, parameters))| {
+    let climbed = apart(judged).into_par_iter().enumerate().map(|(i, (squares, parameters))| {
         let steps = Steps { count: STEPS, reach: REACH, seed: i as u64 };
         let worth = |parameters: &[f64]| Some(-forecast.squares(parameters)?);
         climb(forecast.term.kind, (parameters, -squares), steps, worth).0
@@ -46,6 +47,21 @@ pub fn about(base: &Base<'_>) -> Option<Vec<Begin>> {
         Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 })
     });
     Some(begins.collect())
+}
+
+/// The best of points, none of them near another.
+fn apart(judged: Vec<(f64, Vec<f64>)>) -> Vec<(f64, Vec<f64>)> {
+    let mut kept: Vec<(f64, Vec<f64>)> = Vec::new();
+    for (squares, parameters) in judged {
+        let is_near = |of: &[f64]| of.iter().zip(&parameters).all(|(a, b)| libm::log(a / b).abs() < APART);
+        if !kept.iter().any(|(_, of)| is_near(of)) {
+            kept.push((squares, parameters));
+        }
+        if kept.len() == RUN {
+            break;
+        }
+    }
+    kept
 }
 
 /// How the innovations of the first recording change with what leaves the actuator.

@@ -19,6 +19,7 @@ mod law;
 mod locate;
 pub mod loop_likelihood;
 mod missing_drive;
+mod needle;
 pub(crate) mod nominal;
 pub mod options;
 mod pairs;

@@ -1,11 +1,14 @@
 //! The proof: what was found, on samples that no number was fitted on and no choice was made by: the log-likelihood that is gained there.
 
+use rayon::prelude::*;
+
 use crate::diagnose::signals::Signals;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::{Cache, Data, runs};
 
 use super::decide::independent_share;
+use super::needle::as_likely;
 
 /// Log-likelihood gained on unseen samples, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +50,15 @@ pub fn gained(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
     let gained = run_on(better, worse, data)?;
     if gained.is_sure() {
         return Some(gained);
+    }
+    // What fits that are as likely foretell together is at least what one of them does, less the logarithm of its weight.
+    let others = as_likely(better, data);
+    let of_others = others.par_iter().filter_map(|(weight, better)| {
+        let gained = run_on(better, worse, data)?;
+        Some(Gained { sum: gained.sum + weight, independent: gained.independent + weight, ..gained })
+    });
+    if let Some(best) = of_others.max_by(|a, b| a.sum.total_cmp(&b.sum)).filter(|best| best.is_sure()) {
+        return Some(best);
     }
     let mut again = LEAST_LOADS.iter().filter_map(|least| {
         run_on(&less_trusting(better, *least, data)?, &less_trusting(worse, *least, data)?, data)

@@ -8,10 +8,10 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{KINDS, Kind, Parameter, Place, Start, Starts};
 use crate::stage;
 
-use super::climb::{Steps, climb};
 use super::decide::cost_of;
+use super::needle::at_needle;
 use super::nominal;
-use super::starts::{Base, Begin, begins, needles};
+use super::starts::{Base, Begin, begins};
 
 /// Starts of a kind from each base, and how far apart two of them begin, as part of the recording.
 const STARTS: usize = 2;
@@ -30,9 +30,6 @@ const NEAR: f64 = 0.8;
 /// Part of the best one's gain, and gain, from which on a needle is searched for.
 const NEEDLED: f64 = 0.5;
 const LEAST_NEEDLED: f64 = 60.0;
-/// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
-const NEEDLED_AGAIN: usize = 3;
-const NEEDLES: usize = 3;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
 const WORTH: f64 = 0.15;
 const CLOSE: f64 = 60.0;
@@ -51,43 +48,16 @@ pub struct Rival {
 }
 
 impl Rival {
-    /// The best of the points about its fit that may be the peak, the other numbers fitted again.
-    fn nearer(&mut self, data: &Data, fixed: &[usize]) {
-        for begin in needles(&self.fit, data).into_iter().take(NEEDLES) {
-            let Some(mut fit) = Fit::at(&begin.hypothesis, &begin.point, data) else { continue };
-            fit.descend(data, LONG, fixed);
-            if fit.objective() < self.fit.objective() {
-                self.fit = fit;
-            }
+    /// This kind as a rival has what it does; that rival's own fit where it is of this kind.
+    fn like(&self, other: &Self, data: &Data) -> Option<Fit> {
+        if other.kind == self.kind {
+            return Some(other.fit.clone());
         }
-    }
-}
-
-/// Steps of the last climb of a needle, by runs of the filter, and their reach.
-const NEEDLE_STEPS: usize = 100;
-const NEEDLE_REACH: f64 = 0.002;
-
-impl Rival {
-    /// The last part of the way to the peak: one event that comes a sample late costs more than all numbers do.
-    fn climb_needle(&mut self, data: &Data, fixed: &[usize]) {
-        let fit = self.fit.clone();
-        let hypothesis = &fit.hypothesis;
-        let at = |parameters: &[f64]| {
-            let point = hypothesis.started(&fit.point, &Start::of(parameters.to_vec()), 0.0);
-            Fit::at(hypothesis, &point, data)
-        };
-        let Some(term) =
-            hypothesis.realise(&fit.point).and_then(|realised| realised.model.physics.last().cloned())
-        else {
-            return;
-        };
-        let steps = Steps { count: NEEDLE_STEPS, reach: NEEDLE_REACH, seed: 0 };
-        let worth = |parameters: &[f64]| Some(-at(parameters)?.objective());
-        let (parameters, _) = climb(self.kind, (term.parameters, -fit.objective()), steps, worth);
-        if let Some(mut fit) = at(&parameters) {
-            fit.descend(data, LONG, fixed);
-            self.fit = fit;
-        }
+        let Starts::Peak { like, .. } = self.kind.search else { return None };
+        let term = other.fit.hypothesis.realise(&other.fit.point)?.model.physics.pop()?;
+        let hypothesis = &self.fit.hypothesis;
+        let point = hypothesis.started(&with_shared(&self.fit, &other.fit), &Start::of(like(&term)?), 0.0);
+        Fit::at(hypothesis, &point, data)
     }
 }
 
@@ -427,23 +397,20 @@ impl Field {
         self.polish(data);
     }
 
-    /// A kind whose peak is as narrow as a needle, where it is nearly as likely as the best one or is that itself: its fit may lie beside the peak.
+    /// A kind whose peak is as narrow as a needle, where it or one that does nearly the same is about as likely as the best one: its fit may lie beside
+    /// the peak.
     fn search_needles(&mut self, data: &Data) {
-        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
-        let gains: Vec<f64> = self.rivals.iter().map(|rival| self.gain(rival)).collect();
-        for (rival, gain) in self.rivals.iter_mut().zip(gains) {
-            let fixed = stuck(&rival.fit.hypothesis);
-            if fixed.is_empty() || gain < NEEDLED * top || gain < LEAST_NEEDLED {
-                continue;
-            }
-            for _ in 0..NEEDLED_AGAIN {
-                let before = rival.fit.objective();
-                rival.nearer(data, &fixed);
-                if before - rival.fit.objective() < LEADS {
-                    break;
+        let least = (NEEDLED * self.rivals.first().map_or(0.0, |best| self.gain(best))).max(LEAST_NEEDLED);
+        let likely: Vec<Rival> =
+            self.rivals.iter().filter(|rival| self.gain(rival) > least).cloned().collect();
+        for rival in self.rivals.iter_mut().filter(|rival| !stuck(&rival.fit.hypothesis).is_empty()) {
+            let origins: Vec<Fit> = likely.iter().filter_map(|other| rival.like(other, data)).collect();
+            for origin in origins {
+                let found = at_needle(origin, rival.kind, data);
+                if found.objective() < rival.fit.objective() {
+                    *rival = Rival { kind: rival.kind, fit: found, ended: true };
                 }
             }
-            rival.climb_needle(data, &fixed);
         }
         self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
     }

@@ -1,6 +1,6 @@
 //! Where the search for a kind of physics begins.
 
-use super::Scales;
+use super::{Scales, Term};
 
 /// How a kind finds its starting values.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +14,8 @@ pub enum Starts {
         coarse: fn(&Scales) -> Vec<Start>,
         /// Those about the parameters of a fit.
         fine: fn(&[f64]) -> Vec<Vec<f64>>,
+        /// Parameters with which it does what a term of another kind does, where there are any: a fit of that leads to its peak as well.
+        like: fn(&Term) -> Option<Vec<f64>>,
     },
     /// What it does is in proportion to its first parameter, from the start of the recording: one small trial tells the size.
     Proportional,

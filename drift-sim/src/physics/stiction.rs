@@ -2,7 +2,7 @@
 //! `u - sign(u - stem)*(stick_band - slip_jump)`.
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Scales, Start, Starts, any_values,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Scales, Start, Starts, Term, any_values,
     every_plant, grid, shown,
 };
 
@@ -25,7 +25,7 @@ pub(super) static KIND: Kind = Kind {
         };
         bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band])).collect()
     },
-    search: Starts::Peak { coarse, fine },
+    search: Starts::Peak { coarse, fine, like },
     family: Some(Family::Play),
     excitation: "Slow changes of u, also in one direction.",
     ties: &["backlash"],
@@ -57,6 +57,15 @@ fn fine(fit: &[f64]) -> Vec<Vec<f64>> {
     let band = fit.first().copied().unwrap_or(0.0);
     all(BANDS).flat_map(|part| all(JUMPS).map(move |jump| vec![part * band, jump * part * band])).collect()
 }
+
+/// A valve that hardly jumps is backlash.
+fn like(term: &Term) -> Option<Vec<f64>> {
+    let width = term.parameters.first().filter(|_| term.kind.name == "backlash")?;
+    Some(vec![0.5 * width, 0.5 * HARDLY * width])
+}
+
+/// Part of the band.
+const HARDLY: f64 = 0.05;
 
 #[derive(Clone)]
 struct Stiction {

@@ -1,0 +1,99 @@
+//! A likelihood as narrow as a needle, of a valve that sticks: the way to its top, and the points about it that are as likely.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use crate::estimate::fit::Fit;
+use crate::estimate::likelihood::Data;
+use crate::physics::{Kind, Start, Starts};
+
+use super::climb::{Steps, climb};
+use super::rivals::stuck;
+use super::starts::needles;
+
+/// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
+const AGAIN: usize = 3;
+const POINTS: usize = 3;
+/// Gain below which a search is the last, in the objective.
+const LAST: f64 = 15.0;
+/// Steps of the fits from a point.
+const LONG: usize = 12;
+/// Steps of the last climb, and their reach.
+const STEPS: usize = 100;
+const REACH: f64 = 0.002;
+/// Points that are drawn about a top, and how far their objective may be above it.
+const DRAWN: usize = 80;
+const AS_LIKELY: f64 = 6.0;
+
+/// The fit at the peak that a fit beside it leads to.
+pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
+    let fixed = stuck(&fit.hypothesis);
+    for _ in 0..AGAIN {
+        let before = fit.objective();
+        for begin in needles(&fit, data).into_iter().take(POINTS) {
+            let Some(mut near) = Fit::at(&begin.hypothesis, &begin.point, data) else { continue };
+            near.descend(data, LONG, &fixed);
+            if near.objective() < fit.objective() {
+                fit = near;
+            }
+        }
+        if before - fit.objective() < LAST {
+            break;
+        }
+    }
+    climbed(&fit, kind, data).map_or(fit, |mut climbed| {
+        climbed.descend(data, LONG, &fixed);
+        climbed
+    })
+}
+
+/// The last part of the way, by runs of the filter: one event that comes a sample late costs more than all numbers do.
+fn climbed(fit: &Fit, kind: &Kind, data: &Data) -> Option<Fit> {
+    let steps = Steps { count: STEPS, reach: REACH, seed: 0 };
+    let worth = |parameters: &[f64]| Some(-with(fit, parameters, data)?.objective());
+    with(fit, &climb(kind, (parameters(fit)?, -fit.objective()), steps, worth).0, data)
+}
+
+/// The fit's last term's parameters.
+fn parameters(fit: &Fit) -> Option<Vec<f64>> {
+    Some(fit.hypothesis.realise(&fit.point)?.model.physics.pop()?.parameters)
+}
+
+/// The fit with others.
+fn with(fit: &Fit, parameters: &[f64], data: &Data) -> Option<Fit> {
+    let point = fit.hypothesis.started(&fit.point, &Start::of(parameters.to_vec()), 0.0);
+    Fit::at(&fit.hypothesis, &point, data)
+}
+
+/// Fits about the top of a needle that are as likely, and the logarithm of each one's weight among them; of another kind the fit alone. Between them a fit
+/// can't choose, and on what it has not seen they differ by whole events.
+pub fn as_likely(fit: &Fit, data: &Data) -> Vec<(f64, Fit)> {
+    let alone = || vec![(0.0, fit.clone())];
+    let is_needle = fit
+        .hypothesis
+        .candidates()
+        .last()
+        .is_some_and(|term| matches!(term.kind.search, Starts::Peak { .. }));
+    let Some(top) = parameters(fit).filter(|_| is_needle) else { return alone() };
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let mut draw = |reach: f64| -> f64 {
+        libm::exp(reach * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random))
+    };
+    let drawn: Vec<Vec<f64>> = (0..DRAWN)
+        .map(|i| {
+            let reach = REACH / f64::from(1 << (i % 4));
+            // All together, and each by itself besides: what is left between two of them may be known best.
+            let both = draw(2.0 * reach);
+            top.iter().map(|value| both * draw(reach) * value).collect()
+        })
+        .collect();
+    let near: Vec<Fit> = drawn.par_iter().filter_map(|parameters| with(fit, parameters, data)).collect();
+    let mut fits: Vec<Fit> =
+        near.into_iter().filter(|near| near.objective() < fit.objective() + AS_LIKELY).collect();
+    fits.push(fit.clone());
+    let behind = |of: &Fit| 0.5 * (of.objective() - fit.objective());
+    let sum: f64 = fits.iter().map(|of| libm::exp(-behind(of))).sum();
+    fits.into_iter().map(|of| (-behind(&of) - libm::log(sum), of)).collect()
+}

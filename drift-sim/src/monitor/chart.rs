@@ -203,6 +203,11 @@ impl Chart {
         }
     }
 
+    /// Each channel's residual over the run: times of decisions, s, and sigmas, thinned, in the configuration's order.
+    pub fn residuals(&self) -> [Vec<(f64, f64)>; 3] {
+        self.channels.each_ref().map(|channel| channel.z.points())
+    }
+
     /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from zero, all rows
     /// between the same limits.
     pub fn rows(&self, summary: &Summary, terminal: &Terminal) -> String {

@@ -9,7 +9,7 @@ use super::chart::Chart;
 use super::summary::{Summary, Tally};
 use super::{json_lines, pinned};
 use crate::baseline_file::{HostMonitor, HostMonitorAt, PointColumns};
-use crate::recording::{RecordingStream, RowState};
+use crate::recording::{RecordingStream, RowState, Sample};
 use crate::{Error, Result};
 
 /// Sample times that differ by more than this fraction are different ones: the indices scale with it.
@@ -108,6 +108,56 @@ fn without_point(report: &Report<3, IndicesAt>) -> Report<3> {
     Report { hop, status, verdict, indices: report.indices.indices, excluded, channels }
 }
 
+/// One run of the monitor over samples that come one by one, and the count of what it says.
+#[derive(Debug, Clone)]
+pub struct Watcher {
+    runner: Runner,
+    tally: Tally,
+    pinned: pinned::Watch,
+}
+
+impl Watcher {
+    /// A run that has seen nothing yet; `sample_time_s` is the recording's.
+    ///
+    /// # Errors
+    /// As [`Runner::new`].
+    pub fn new(config: &Config<f32, 3>, sample_time_s: f64) -> Result<Self> {
+        let runner = Runner::new(config, sample_time_s)?;
+        let pinned = pinned::Watch::new(config.saturation, sample_time_s, runner.window_s);
+        Ok(Self { runner, tally: Tally::new(config), pinned })
+    }
+
+    /// The next sample. `Some` once per hop; `point` names the columns of the operating point, where the baseline depends on
+    /// one: the recording's first further columns.
+    #[inline]
+    pub fn sample(&mut self, sample: &Sample<'_>, point: Option<&PointColumns>) -> Option<Hop> {
+        if sample.state == RowState::Valid {
+            self.pinned.sample(sample.t_s, sample.r - sample.y, sample.u);
+        }
+        let input = match sample.state {
+            RowState::Valid => Input::Sample { r: sample.r as f32, y: sample.y as f32, u: sample.u as f32 },
+            RowState::Missing => Input::Missing,
+            RowState::Manual => Input::Manual,
+        };
+        if let Some(columns) = point {
+            let measured = sample.extra.get(..columns.columns.len()).unwrap_or(&[]);
+            self.runner.operating_point(columns.point(measured));
+        }
+        let hop = self.runner.tick(sample.t_s, input)?;
+        self.tally.add(&hop);
+        Some(hop)
+    }
+
+    /// What the run found; `stream` is the recording that it watched, read to its end.
+    pub fn finish(self, stream: &RecordingStream) -> Summary {
+        let (name, quality) = (stream.name().to_owned(), stream.quality());
+        let mut summary = self.tally.finish(name, stream.start_s(), stream.sample_time_s(), quality);
+        summary.zero_s = stream.zero_s();
+        summary.pinned = self.pinned.finish();
+        summary
+    }
+}
+
 /// What a run is given and asked for besides the summary.
 #[derive(Default)]
 pub struct Outputs<'a> {
@@ -155,10 +205,7 @@ pub fn watch(
     config: &Config<f32, 3>,
     mut outputs: Outputs<'_>,
 ) -> std::result::Result<Summary, Stopped> {
-    let name = stream.name().to_owned();
-    let mut runner = Runner::new(config, stream.sample_time_s()).map_err(|e| e.in_file(&name))?;
-    let mut tally = Tally::new(config);
-    let mut pinned = pinned::Watch::new(config.saturation, stream.sample_time_s(), runner.window_s);
+    let mut watcher = Watcher::new(config, stream.sample_time_s()).map_err(|e| e.in_file(stream.name()))?;
     let bytes = |stream: &RecordingStream| stream.bytes_read();
     let mut index = 0u64;
     loop {
@@ -170,20 +217,7 @@ pub fn watch(
         if let Some(chart) = &mut outputs.chart {
             chart.sample(sample.t_s, sample.r, sample.y, sample.u);
         }
-        if sample.state == RowState::Valid {
-            pinned.sample(sample.t_s, sample.r - sample.y, sample.u);
-        }
-        let input = match sample.state {
-            RowState::Valid => Input::Sample { r: sample.r as f32, y: sample.y as f32, u: sample.u as f32 },
-            RowState::Missing => Input::Missing,
-            RowState::Manual => Input::Manual,
-        };
-        if let Some(columns) = outputs.operating_point {
-            let measured = sample.extra.get(..columns.columns.len()).unwrap_or(&[]);
-            runner.operating_point(columns.point(measured));
-        }
-        let Some(hop) = runner.tick(sample.t_s, input) else { continue };
-        tally.add(&hop);
+        let Some(hop) = watcher.sample(&sample, outputs.operating_point) else { continue };
         if let Some(chart) = &mut outputs.chart {
             chart.hop(&hop);
         }
@@ -191,9 +225,7 @@ pub fn watch(
             json_lines::write_hop(out, &hop)?;
         }
     }
-    let mut summary = tally.finish(name, stream.start_s(), stream.sample_time_s(), stream.quality());
-    summary.zero_s = stream.zero_s();
-    summary.pinned = pinned.finish();
+    let summary = watcher.finish(stream);
     if let Some(out) = &mut outputs.json {
         json_lines::write_summary(out, &summary)?;
     }

@@ -89,8 +89,8 @@ pub(super) trait Table {
 
 /// Rows that come batch by batch, in the memory of one batch.
 pub(super) trait Batches: Send {
-    /// The cells of the columns that are read, by the indices of all columns, all of one length; `None` at the end. What is left
-    /// of the batch before is given back.
+    /// The cells of the columns that are read, by the indices of all columns, all of one length; `None` at the end, or as long as
+    /// no more have come. What is left of the batch before is given back.
     ///
     /// # Errors
     /// The batch is damaged, or takes more memory than there is.

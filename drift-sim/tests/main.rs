@@ -35,6 +35,7 @@ mod run_lengths;
 mod run_lengths_simulated;
 mod sentences;
 mod shell_support;
+mod side_by_side;
 mod simulate_command;
 
 /// A file that is not named above would not run.

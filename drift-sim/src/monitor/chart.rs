@@ -10,6 +10,7 @@ use super::summary::Summary;
 use super::thinned::Thinned;
 use crate::plot::terminal::{farthest, row, stretches};
 use crate::plot::{Colour, Figure, Layer, Panel};
+use crate::recording::Samples;
 use crate::sentences::{Clock, sigmas};
 use crate::terminal::Terminal;
 
@@ -192,6 +193,17 @@ impl Chart {
         self.y.add(t_s, y);
         self.u.add(t_s, u);
         self.e.add(t_s, r - y);
+    }
+
+    /// The next samples, all of which are there.
+    pub fn samples(&mut self, samples: &Samples<'_>) {
+        if !self.has_signals {
+            return;
+        }
+        let Samples { t_s, r, y, u } = *samples;
+        for (((t_s, r), y), u) in t_s.iter().zip(r).zip(y).zip(u) {
+            self.sample(*t_s, *r, *y, *u);
+        }
     }
 
     /// The next decision.

@@ -1,5 +1,4 @@
 //! `BASELINE.toml` there and back, as Rust and as C, and what it refuses.
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::process::Command;
 

@@ -1,5 +1,4 @@
 //! Calibration from signals to file: the same on any number of threads, and what it refuses.
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
 use drift_sim::calibrate::{Options, Signals, calibrate};

@@ -2,7 +2,6 @@
 //! Shewhart and CUSUM each) runs over fresh healthy windows that no calibration has seen. The truth is the simulator. Each loop's windows are
 //! simulated once; the calibrations share them, each its own part. The seeds are not those that the margins of `calibrate` were
 //! chosen on. `SPEED` is a fourth loop that nothing was chosen on.
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use drift_core::{
     Channel, ChannelKind, Config, CusumState, Detector, DetectorState, Index, MemoryKind, Remembering,

@@ -1,5 +1,4 @@
 //! `drift design` from outside: its JSON, and one line for what it refuses.
-#![allow(clippy::unwrap_used)]
 
 use std::process::{Command, Output};
 

@@ -1,6 +1,5 @@
 //! The diagnosis on loops that this crate simulates: each time one thing is left out of the loop file, whose own numbers are off as well. The
 //! truth is what was put in. (An independent simulator: `.ci/cases`.)
-#![allow(clippy::unwrap_used)]
 
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;

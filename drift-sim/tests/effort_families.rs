@@ -1,7 +1,6 @@
 //! The effort channel's memory on seven families of loops: our own simulator's plants under their usual laws, a reference that
 //! wanders, a slow random load on each (process noise), and faults whose onset and size are known. Three tables: loads, other
 //! faults, and how many healthy windows a memory needs. All seeds are fixed.
-#![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;
 

@@ -2,7 +2,6 @@
 //!
 //! Six digits: SAS/QC 12.1 User's Guide, EWMAARL function (Crowder's method) and its example 9.5. Three digits: the values of Lucas &
 //! Saccucci (1990) in the form in which textbooks reprint them; the original page was not at hand.
-#![allow(clippy::unwrap_used)]
 
 use drift_core::{Detector, DetectorState, EwmaState};
 use drift_sim::design::Ewma;

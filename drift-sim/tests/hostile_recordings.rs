@@ -1,11 +1,6 @@
 //! Small files that ask for much: each is refused, or read, within a cap on memory and a clock. The cap is the system's own
 //! (`ulimit -v`): whatever asks for more is ended by it, which is no error in one line.
 #![cfg(target_os = "linux")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::fs;
 use std::io::Write;

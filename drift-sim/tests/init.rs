@@ -1,9 +1,4 @@
 //! What `drift init` reads off recordings of loops whose truth is known, and what it says where there is none.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::path::Path;
 use std::process::Command;

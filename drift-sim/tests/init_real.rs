@@ -1,10 +1,5 @@
 //! What `drift init` reads off recordings of real loops, where they are at hand (`DRIFT_RECORDINGS`): laws that are known
 //! come back, and where no law or plant holds it says so.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::path::PathBuf;
 

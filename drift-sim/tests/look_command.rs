@@ -1,9 +1,4 @@
 //! `drift look`: what is in a file, on one screen of 80 columns, whatever is wrong with it.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::fmt::Write;
 use std::fs;

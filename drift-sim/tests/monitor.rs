@@ -1,6 +1,5 @@
 //! The monitor over recordings, on loops whose truth is written down: a loop that holds y = 10 with u = 2 and some
 //! deterministic scatter, with a step in u where a test wants one. Baselines are stated, not learnt.
-#![allow(clippy::unwrap_used)]
 
 use std::io::Cursor;
 
@@ -239,4 +238,49 @@ fn the_monitor_keeps_up_with_twenty_million_samples_a_second() {
     println!("{:.1} million samples/s, {hops} decisions", rate / 1e6);
     assert_eq!(hops, SAMPLES / 50);
     assert!(rate > if cfg!(debug_assertions) { 1e5 } else { 2e7 }, "{rate} samples/s");
+}
+
+/// Also across missing and infinite samples, with a saturation, in parts of any length, and in blocks shorter and longer than what
+/// the monitor adds up at once.
+#[test]
+fn many_samples_at_once_are_the_same_as_one_by_one() {
+    const SAMPLES: usize = 20_000;
+    for (block, blocks) in [(1, 7), (10, 5), (64, 3), (250, 12), (1000, 2)] {
+        let shape = config(20);
+        let config = Config::new(0.1, block, blocks, shape.channels).with_saturation(-3.0, 3.0);
+        let signals: [Vec<f64>; 3] = std::array::from_fn(|signal| {
+            let spoilt = |i: usize| match i % 4_999 {
+                1_234 => f64::NAN,
+                3_456 => f64::INFINITY,
+                i => 2.0 * scatter(i * (signal + 1)) + f64::from(u8::from(signal == 2 && i % 700 < 30)) * 2.5,
+            };
+            (0..SAMPLES).map(spoilt).collect()
+        });
+        let singles = signals.each_ref().map(|signal| signal.iter().map(|x| *x as f32).collect::<Vec<_>>());
+        let t_s = |i: usize| i as f64 * 0.1;
+        let (mut runner, mut expected) = (Runner::new(&config, 0.1).unwrap(), Vec::new());
+        for i in 0..SAMPLES {
+            let [r, y, u] = singles.each_ref().map(|signal| signal[i]);
+            let missing = r.is_nan() || y.is_nan() || u.is_nan();
+            let input = if missing { Input::Missing } else { Input::Sample { r, y, u } };
+            expected.extend(runner.tick(t_s(i), input));
+        }
+        assert!(expected.len() >= SAMPLES / (block as usize * usize::from(blocks)));
+        for part in [1, 9, 250, 777, SAMPLES] {
+            let (mut runner, mut hops) = (Runner::new(&config, 0.1).unwrap(), Vec::new());
+            for from in (0..SAMPLES).step_by(part) {
+                let to = (from + part).min(SAMPLES);
+                let doubles = signals.each_ref().map(|signal| &signal[from..to]);
+                let few = singles.each_ref().map(|signal| &signal[from..to]);
+                let taken = |i: usize| t_s(from + i);
+                if from % 2 == 0 {
+                    runner.ticks_rounded(doubles, taken, |hop| hops.push(hop));
+                } else {
+                    runner.ticks(few, taken, |hop| hops.push(hop));
+                }
+            }
+            // Texts: NaN is not itself.
+            assert_eq!(format!("{hops:?}"), format!("{expected:?}"), "blocks of {block}, parts of {part}");
+        }
+    }
 }

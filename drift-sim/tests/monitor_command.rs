@@ -1,5 +1,4 @@
 //! `drift monitor` from outside: what it prints and writes, its exit codes, and one line for what it refuses.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::io::Write;

@@ -1,6 +1,5 @@
 //! A measured operating point on loops that are simulated here: a first-order plant under a PI, whose load is proportional to
 //! one measured column (or two). The truth, what is load and what is fault, is known exactly.
-#![allow(clippy::unwrap_used)]
 
 use drift_sim::baseline_file::{BaselineFile, PointColumns};
 use drift_sim::calibrate::{Calibration, DetectorChoice, Options, Signals, calibrate};

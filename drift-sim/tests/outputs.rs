@@ -1,11 +1,6 @@
 //! What a command writes never costs what it reads: no output is an input or another output, all outputs of a command
 //! land together, and an interrupted command leaves nothing behind.
 #![cfg(unix)]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::collections::BTreeMap;
 use std::fs;

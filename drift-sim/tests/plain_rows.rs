@@ -1,6 +1,5 @@
 //! Rows that are read in blocks, several at once, against the reader of single rows: the same samples to the last bit, the same
 //! counts, the same error on the same line. A quoted cell in each row is what makes every row a single one; it says the same.
-#![allow(clippy::unwrap_used)]
 
 use std::fmt::Write;
 use std::io::Read;

@@ -1,9 +1,4 @@
 //! `drift plan`: from what a diagnosis left to a reference that a historian can play, and what it refuses.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::fs;
 use std::path::Path;

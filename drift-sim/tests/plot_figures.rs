@@ -1,10 +1,5 @@
 //! Charts of the kinds that the reports and the paper use: small files, everything on the sheet, nothing that
 //! input can break. With `DRIFT_PLOTS=FOLDER` they are left there to be looked at.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use drift_sim::plot::{Colour, Figure, Layer, LegendPosition, Marker, Panel};
 

@@ -1,10 +1,5 @@
 //! Files that other tools wrote (`tests/data/make.py` says which) read back as the formulas they hold, and are never
 //! more than one line's trouble when damaged.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::io::Cursor;
 use std::path::PathBuf;

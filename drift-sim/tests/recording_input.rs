@@ -1,10 +1,5 @@
 //! What the reader of recordings makes of good, odd and broken files: each broken one gets one line that names the
 //! place, each odd one is read and what was done is counted.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use drift_sim::recording::{ReadOptions, Recording, RecordingStream, RowState};
 use proptest::prelude::*;
@@ -361,7 +356,7 @@ fn what_was_written_reads_back_exactly() {
     }
 }
 
-/// How fast, for the record: `cargo test --release -p drift-sim --test recording_input -- --ignored --nocapture`.
+/// How fast, for the record: `cargo test --release -p drift-sim --test all recording_input:: -- --ignored --nocapture`.
 #[test]
 #[ignore = "slow: three million rows"]
 fn three_million_rows_stream_through() {

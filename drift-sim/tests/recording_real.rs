@@ -1,9 +1,4 @@
 //! Recordings of real loops, where they are at hand (`DRIFT_RECORDINGS`): each is read whole.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,5 @@
 //! Recordings as people have them: every shape of text gives the same loop, and what can't be told is asked for with an
 //! example from the file itself.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use drift_sim::controller::{Controller, Limits};
 use drift_sim::recording::{ReadOptions, Recording, Repeated, RowState};

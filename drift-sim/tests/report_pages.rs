@@ -1,6 +1,5 @@
 //! The reports of all commands: what must be on them, that names from files stay text, that nothing is loaded from outside, and
 //! how large they get. How they look and move in a browser is `.ci/browser`'s.
-#![allow(clippy::unwrap_used)]
 
 use std::io::Cursor;
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! Run lengths and thresholds against published tables. "Exact" columns were computed by an independent program to the digits given;
 //! published ones are rounded by their authors.
-#![allow(clippy::unwrap_used)]
 
 use approx::assert_relative_eq;
 use drift_sim::design::{Alternative, Cusum, EstimatedBaseline, OneSided, Shewhart, Sprt, siegmund};
@@ -350,5 +349,28 @@ fn the_markov_chain_is_another_road_to_the_same_run_length() {
         let ratio = (2.0 * 201.0 - 1.0) / (2.0 * 101.0 - 1.0);
         let extrapolated = fine + (fine - coarse) / (ratio * ratio - 1.0);
         agrees(&format!("k = {k}, h = {h}"), one_sided(k, h).arl(0.0), extrapolated, 1e-6);
+    }
+}
+
+/// Against the whole distribution, also where what is asked for lies near what there is.
+#[test]
+fn whether_an_alarm_is_likely_within_so_many_decisions_is_told_as_by_the_whole_distribution() {
+    for (k, h) in [(0.25, 8.0), (0.5, 5.0), (0.5, 9.0), (1.0, 2.5), (0.0, 12.0)] {
+        let chart = one_sided(k, h);
+        for mean in [-0.2, 0.0, 0.1, 0.3, 0.5, 0.77, 1.0, 2.0, 5.0, 50.0] {
+            let whole = chart.run_length(mean);
+            for decisions in [0, 1, 2, 5, 12, 50, 333, 1666, 100_000] {
+                let there_is = whole.alarm_within(decisions);
+                let asked = [0.001, 0.1, 0.5, 0.9, 0.999];
+                let near = [0.98, 0.999, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.001, 1.02].map(|x| x * there_is);
+                for probability in asked.into_iter().chain(near).filter(|p| *p > 0.0 && *p < 1.0) {
+                    assert_eq!(
+                        chart.alarms_within(mean, decisions, probability),
+                        there_is >= probability,
+                        "k {k} h {h} mean {mean}: {probability} within {decisions}, {there_is}"
+                    );
+                }
+            }
+        }
     }
 }

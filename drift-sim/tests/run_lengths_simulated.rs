@@ -1,5 +1,4 @@
 //! What the integral equations say against plain simulation with fixed seeds: within three standard errors.
-#![allow(clippy::unwrap_used)]
 
 use drift_sim::design::{Alternative, Cusum, OneSided, Sprt};
 use rand::SeedableRng;

@@ -1,6 +1,5 @@
 //! Reads what results say to people, on page and terminal and in JSON, over every kind of physics with numbers of any size and
 //! intervals of any width, and over runs of the monitor: no sentence may say what its numbers don't carry.
-#![allow(clippy::unwrap_used)]
 
 use std::io::Cursor;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! What the command does for shells and terminals: completions, manual pages, no colour where none is wanted.
-#![allow(clippy::unwrap_used)]
 
 use std::io::Write;
 use std::process::{Command, Output, Stdio};

@@ -1,5 +1,4 @@
 //! `drift simulate` from outside: what it writes, where it refuses.
-#![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,6 +1,5 @@
 //! The book says what the code says: every kind of physics with its parameters, no broken link, every block run or
 //! marked.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::Path;

@@ -3,9 +3,6 @@
 //! line or any lines. Pictures that they draw must be the committed ones. `toml` blocks must be loops that run, `c` blocks
 //! must compile. Rust blocks are doc tests of this crate.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used)]
-
-mod command;
 
 use std::fs;
 use std::io::Write;
@@ -158,7 +155,7 @@ fn check(page: &Path, built: &Path) -> Vec<String> {
 #[test]
 #[ignore = "builds the release command and runs every block of README and book; CI runs it"]
 fn what_readme_and_book_tell_the_reader_to_type_works() {
-    let built = command::drift();
+    let built = crate::command::drift();
     let built = built.parent().unwrap();
     let mut wrong = Vec::new();
     for page in pages() {

@@ -1,5 +1,4 @@
 //! A measured operating point in the core: `FullAt` sums it like every other number, and nothing else changes.
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use drift_core::{
     Baseline, Channel, ChannelKind, Config, ConfigError, Cusum, Detectors, Everything, Full, FullAt, Index,

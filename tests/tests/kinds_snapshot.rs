@@ -3,10 +3,7 @@
 //!
 //! The recordings in `tests/cases/fixed` come from the case maker in `tests/cases`, whose simulator is independent of drift-sim;
 //! `tests/cases/remake_fixed` makes them again. What is meant to change is written with
-//! `DRIFT_SNAPSHOT=write cargo test --release -p drift-tests --test kinds_snapshot -- --ignored`.
-#![allow(clippy::unwrap_used)]
-
-mod command;
+//! `DRIFT_SNAPSHOT=write cargo test --release -p drift-tests --test all kinds_snapshot:: -- --ignored`.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -172,7 +169,7 @@ fn difference(expected: &str, now: &str) -> String {
 #[ignore = "builds the release command and diagnoses 40 loops, about a minute; CI runs it"]
 fn every_kinds_case_is_told_from_all_kinds_as_before() {
     let path = root().join("tests/tests/kinds_snapshot.txt");
-    let now = table(&command::drift());
+    let now = table(&crate::command::drift());
     if std::env::var_os("DRIFT_SNAPSHOT").is_some_and(|wish| wish == "write") {
         fs::write(&path, &now).unwrap();
     }
@@ -212,7 +209,7 @@ fn silence(path: &Path) {
 #[test]
 #[ignore = "builds the release command and simulates 40 loops, some seconds; CI runs it"]
 fn the_true_loop_simulates_each_kinds_recording_as_well_as_the_case_makers_own_simulator() {
-    let drift = command::drift();
+    let drift = crate::command::drift();
     let mut wrong = String::new();
     for case in cases().iter().filter(|case| !ANY_START.contains(&case.text("kind"))) {
         let folder = tempfile::tempdir().unwrap();

@@ -1,10 +1,5 @@
 //! The paper's results against the numbers that it prints, and what lies beyond. Fixed seed; the statistics' truth
 //! is the paper, the exact run lengths of drift-sim's design, or a bound stated beforehand.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "tests fail by panicking, their own functions too"
-)]
 
 use std::sync::OnceLock;
 

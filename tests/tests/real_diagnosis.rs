@@ -3,7 +3,6 @@
 //! The recordings are not part of the project: they are looked for in `DRIFT_RECORDINGS`, else in
 //! `../shared/recordings` beside the workspace; where they are missing the test says so and skips. It prints one table
 //! (`--nocapture` shows it), with the falls short in it: what is asserted is only what the diagnosis stands by.
-#![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -6,7 +6,6 @@
 //!
 //! Window, hop and blanking follow from the loop's time constants and from how much healthy recording there is, as
 //! said at each rig; thresholds are the same for all recordings of a rig and are not tuned to any of them.
-#![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 

@@ -48,8 +48,8 @@ pub(crate) trait Designed: Sync {
     fn place(&self, into: &mut Detectors, tuning: Tuning, at: Threshold<'_>);
     /// Mean decisions to a shift of one sigma, if it is configured.
     fn delay(&self, of: &Detectors, law: &ChannelProcess) -> Option<f64>;
-    /// The probability that it alarms within so many decisions after a shift, if it is configured.
-    fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64>;
+    /// Whether it alarms within so many decisions after a shift with at least this probability; not where it isn't configured.
+    fn shows(&self, of: &Detectors, shift: f64, decisions: u64, probability: f64) -> bool;
     /// Its thresholds in words, if it is configured.
     fn thresholds(&self, of: &Detectors) -> Option<String>;
 }

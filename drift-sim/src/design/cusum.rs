@@ -79,9 +79,10 @@ impl OneSided {
         RunLength::of_chain(&self.chain(mean, 1.0), self.start)
     }
 
-    /// The probability of an alarm within so many decisions when z is N(`mean`, 1).
-    pub fn alarm_within(&self, mean: f64, decisions: u64) -> f64 {
-        RunLength::of_chain_within(&self.chain(mean, 1.0), self.start, decisions).alarm_within(decisions)
+    /// Whether an alarm within so many decisions has at least this probability when z is N(`mean`, 1): quicker to tell than the whole
+    /// distribution.
+    pub fn alarms_within(&self, mean: f64, decisions: u64, probability: f64) -> bool {
+        RunLength::alarms_within(&self.chain(mean, 1.0), self.start, decisions, probability)
     }
 
     /// Average run length in decisions when z's mean grows by `slope` sigmas a decision (`mean = (n - 1)*slope` at

@@ -38,11 +38,18 @@ impl RunLength {
 
     /// One side from the starting value `start`.
     pub(crate) fn of_chain(chain: &Chain, start: f64) -> Self {
-        Self::of_chain_within(chain, start, u64::MAX)
+        Self::followed(chain, start, u64::MAX, |_| false)
     }
 
-    /// The same where nothing beyond so many decisions is asked for.
-    pub(crate) fn of_chain_within(chain: &Chain, start: f64, decisions: u64) -> Self {
+    /// Whether an alarm within so many decisions has at least this probability, for one side from the starting value `start`.
+    pub(crate) fn alarms_within(chain: &Chain, start: f64, decisions: u64, probability: f64) -> bool {
+        let followed = Self::followed(chain, start, decisions, |so_far| so_far.has_reached(probability));
+        followed.alarm_within(decisions) >= probability
+    }
+
+    /// One side for so many decisions, or until enough is known; whoever asks for less gets a distribution of which the rest is
+    /// extrapolated.
+    fn followed(chain: &Chain, start: f64, decisions: u64, is_enough: impl Fn(&Builder) -> bool) -> Self {
         let moves = chain.moves_into_nodes(LONGEST_STEP);
         let work: usize = moves.iter().map(Band::len).sum();
         let follow = LONGEST_FOLLOWED.min(LARGEST_WORK / work.max(1)).max(1);
@@ -58,7 +65,7 @@ impl RunLength {
         let mut mass: Vec<f64> = chain.moves(start).collect();
         let mut next = vec![0.0; mass.len()];
         let mut at_origin = walk.falls(start);
-        while !builder.is_settled() && builder.len() < follow {
+        while !builder.is_settled() && builder.len() < follow && !is_enough(&builder) {
             builder.push(at_origin * walk.leaves_up(0.0) + dot(&mass, &leaves));
             next.fill(0.0);
             for (out_of, mass) in moves.iter().zip(&mass) {
@@ -169,6 +176,11 @@ impl Builder {
 
     fn len(&self) -> usize {
         self.ends.len()
+    }
+
+    /// An alarm so far has this probability already: what comes only adds to it.
+    fn has_reached(&self, probability: f64) -> bool {
+        self.survives.last().is_some_and(|survives| 1.0 - survives >= probability)
     }
 
     fn is_settled(&self) -> bool {

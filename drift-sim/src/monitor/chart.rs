@@ -10,6 +10,7 @@ use super::summary::Summary;
 use super::thinned::Thinned;
 use crate::plot::terminal::{farthest, row, stretches};
 use crate::plot::{Colour, Figure, Layer, Panel};
+use crate::recording::Samples;
 use crate::sentences::{Clock, sigmas};
 use crate::terminal::Terminal;
 
@@ -194,6 +195,17 @@ impl Chart {
         self.e.add(t_s, r - y);
     }
 
+    /// The next samples, all of which are there.
+    pub fn samples(&mut self, samples: &Samples<'_>) {
+        if !self.has_signals {
+            return;
+        }
+        let Samples { t_s, r, y, u } = *samples;
+        for (((t_s, r), y), u) in t_s.iter().zip(r).zip(y).zip(u) {
+            self.sample(*t_s, *r, *y, *u);
+        }
+    }
+
     /// The next decision.
     pub fn hop(&mut self, hop: &Hop) {
         self.first.get_or_insert((hop.from_s, hop.to_s));
@@ -201,6 +213,11 @@ impl Chart {
         for (chart, report) in self.channels.iter_mut().zip(&hop.report.channels) {
             chart.hop(hop.to_s, hop.new_from_s, report);
         }
+    }
+
+    /// Each channel's residual over the run: times of decisions, s, and sigmas, thinned, in the configuration's order.
+    pub fn residuals(&self) -> [Vec<(f64, f64)>; 3] {
+        self.channels.each_ref().map(|channel| channel.z.points())
     }
 
     /// Each judged channel's residual over the run as a row of text: of each stretch the value farthest from zero, all rows

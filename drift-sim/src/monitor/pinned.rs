@@ -50,6 +50,11 @@ impl Watch {
         Self { limits, sample_time_s, least_s, open: None, longest: None }
     }
 
+    /// Whether there are limits to stand at: without them no sample need be told.
+    pub(super) fn looks(&self) -> bool {
+        self.limits.is_some()
+    }
+
     /// A valid sample.
     pub(super) fn sample(&mut self, t_s: f64, e: f64, u: f64) {
         let Some(limits) = self.limits else { return };

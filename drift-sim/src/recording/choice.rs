@@ -204,6 +204,11 @@ fn quoted(pairs: &[String]) -> String {
 }
 
 impl Choice {
+    /// Whether nothing is read of a row but its time, r, y and u.
+    pub fn is_signals_alone(&self) -> bool {
+        self.mode.is_none() && self.when.is_empty() && self.extra.is_empty()
+    }
+
     /// Chooses among the columns of these names.
     ///
     /// # Errors

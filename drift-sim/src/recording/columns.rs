@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use super::ReadOptions;
+use super::choice::Choice;
 use crate::{Error, Result};
 
 /// The names of the columns that hold t, r, y and u. By default each is called by its own letter,
@@ -71,6 +73,23 @@ impl ColumnMap {
             && is_number(&self.u)
             && (!r || is_number(&self.r))
             && (!t || self.t.as_deref().is_none_or(|t| t.split('+').all(is_number)))
+    }
+}
+
+impl ColumnMap {
+    /// The columns that are read of a table whose columns are called `names`: those of the signals, named or guessed, and those that say
+    /// where the loop is closed. An empty r says that there is none.
+    ///
+    /// # Errors
+    /// A column that is asked for isn't there, or y or u can't be told.
+    pub fn among(names: &[String], options: &ReadOptions) -> Result<(Self, Vec<String>)> {
+        let choice = Choice::of(names, options)?;
+        let conditions = choice.when.iter().map(|(index, _)| *index);
+        let mut indices: Vec<usize> = conditions.chain(choice.mode.iter().map(|(index, _)| *index)).collect();
+        indices.sort_unstable();
+        indices.dedup();
+        let closed = indices.into_iter().filter_map(|index| names.get(index).cloned()).collect();
+        Ok((choice.columns, closed))
     }
 }
 

@@ -8,6 +8,8 @@ use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::choice::{Choice, Extra, Reference};
 use super::overview::sampling;
 use super::row::{Row, Rows};
+use super::stamp::Stamp;
+use super::stretch::{self, Stretch};
 use super::table::{Cells, TableRows};
 use super::{Overview, Quality, ReadOptions, Recording, RecordingStream, RowState};
 use crate::Result;
@@ -99,6 +101,24 @@ impl Rows for Samples {
         row.extra.clear();
         row.extra.extend(of.extra.iter().map(|(_, column)| value(column)));
         Ok(true)
+    }
+
+    fn read_ahead(&mut self, stretch: &mut Stretch, _: &mut Quality) {
+        let of = &self.recording;
+        if !self.choice.is_signals_alone() {
+            return;
+        }
+        let states = of.state.iter().skip(self.next).take(stretch::ROWS);
+        let is_there =
+            |at: usize| [&of.r, &of.y, &of.u].iter().all(|x| x.get(at).is_some_and(|x| x.is_finite()));
+        let valid =
+            states.enumerate().take_while(|(n, s)| **s != RowState::Manual && is_there(self.next + n));
+        let to = self.next + valid.count();
+        stretch.extend([&of.r, &of.y, &of.u].map(|signal| signal.get(self.next..to).unwrap_or_default()));
+        for line in self.next + 1..=to {
+            stretch.date(line as u64, Stamp::default());
+        }
+        self.next = to;
     }
 }
 

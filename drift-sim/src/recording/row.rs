@@ -3,6 +3,7 @@
 use super::Quality;
 use super::choice::Choice;
 use super::stamp::Stamp;
+use super::stretch::Stretch;
 use crate::controller::Controller;
 use crate::{Error, Result};
 
@@ -74,6 +75,11 @@ pub(super) trait Rows: Send {
     }
     /// Reads the next row into `row`; false at the end.
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool>;
+    /// Adds the rows that come next to `stretch`, at most [`super::stretch::ROWS`], up to the first that isn't one of its kind: that one
+    /// is [`Self::read`]'s, and whatever is wrong with it. Rows that can't be had side by side are all read one by one.
+    fn read_ahead(&mut self, stretch: &mut Stretch, quality: &mut Quality) {
+        let _ = (stretch, quality);
+    }
 }
 
 /// Rows that are changed on their way: columns, names and dates stay those of their source.

@@ -73,6 +73,18 @@ pub(super) enum Place {
     Repeated,
 }
 
+/// Where a row stands behind the one before.
+struct Next {
+    /// Its index on the grid.
+    k: u64,
+    /// Samples that are missing before it.
+    missing: f64,
+    /// How far it is from the line, s.
+    deviation_s: f64,
+    /// Whether its time is one of the grid's.
+    is_on_grid: bool,
+}
+
 /// The uniform grid that time stamps lie on.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
@@ -203,6 +215,52 @@ impl Grid {
         self.resolution.step_s(t)
     }
 
+    /// Puts a row on the grid that comes right after the one before; where it does not, nothing happens, and it is
+    /// [`Self::place`]'s to tell where it belongs.
+    #[inline]
+    pub fn follow(&mut self, file_line: u64, stamp: Stamp) -> bool {
+        let Some((last_k, last_t)) = self.last else { return false };
+        if self.fitted > 0 || stamp.t_s <= last_t || self.resolution.is_refined_by(stamp) {
+            return false;
+        }
+        let tolerance = self.tolerance_s(stamp.t_s);
+        let next = self.next(stamp, (last_k, last_t), tolerance);
+        if next.missing > 0.0 || !next.is_on_grid {
+            return false;
+        }
+        self.keep(file_line, stamp, next, true);
+        true
+    }
+
+    /// Where a row stands that comes after the last one, by the line and by the step from that row.
+    #[inline]
+    fn next(&self, stamp: Stamp, (last_k, last_t): (u64, f64), tolerance: f64) -> Next {
+        let t = stamp.t_s - self.origin_s;
+        // The line's place is surer than a rounded stamp's, until the clock has wandered away from it.
+        let wandered = if self.last_deviation_s.abs() > tolerance { self.last_deviation_s } else { 0.0 };
+        let steps = (t - self.line.at(last_k as f64) - wandered) / self.line.slope();
+        let missing = missing_before(steps);
+        let k = (last_k + 1).saturating_add(missing as u64);
+        let deviation_s = t - self.line.at(k as f64);
+        let step_error = stamp.t_s - last_t - (k - last_k) as f64 * self.line.slope();
+        let wanders = step_error.abs() <= tolerance && deviation_s.abs() <= 0.5 * self.sample_time_s;
+        let is_on_grid = deviation_s.abs() <= tolerance || wanders;
+        Next { k, missing, deviation_s, is_on_grid }
+    }
+
+    /// Keeps a row as the last one; the line learns from it where it is not fitted to it already.
+    #[inline]
+    fn keep(&mut self, file_line: u64, stamp: Stamp, next: Next, learns: bool) {
+        if next.deviation_s.abs() > self.deviation_max.0 {
+            self.deviation_max = (next.deviation_s.abs(), file_line);
+        }
+        if learns {
+            self.line.learn(next.k as f64, stamp.t_s - self.origin_s);
+        }
+        self.last = Some((next.k, stamp.t_s));
+        self.last_deviation_s = next.deviation_s;
+    }
+
     /// Puts the next row on the grid.
     pub fn place(&mut self, file_line: u64, stamp: Stamp) -> Result<Place> {
         let already_fitted = self.fitted > 0;
@@ -210,7 +268,6 @@ impl Grid {
         if !already_fitted {
             self.resolution.learn(stamp);
         }
-        let t = stamp.t_s - self.origin_s;
         let Some((last_k, last_t)) = self.last else {
             self.last = Some((0, stamp.t_s));
             return Ok(Place::Next);
@@ -223,11 +280,8 @@ impl Grid {
             return Ok(Place::Repeated);
         }
         let tolerance = self.tolerance_s(stamp.t_s);
-        // The line's place is surer than a rounded stamp's, until the clock has wandered away from it.
-        let wandered = if self.last_deviation_s.abs() > tolerance { self.last_deviation_s } else { 0.0 };
-        let steps = (t - self.line.at(last_k as f64) - wandered) / self.line.slope();
-        let missing = missing_before(steps);
-        let so_far = last_k + 1;
+        let next = self.next(stamp, (last_k, last_t), tolerance);
+        let (missing, so_far) = (next.missing, last_k + 1);
         let longest = (so_far.saturating_mul(GAP_LENGTHS)).clamp(GAP_ALWAYS, GAP_MAX);
         if missing > longest as f64 {
             let (from, to) = (short(last_t), short(stamp.t_s));
@@ -237,23 +291,12 @@ impl Grid {
             .allowed(format!("{longest} samples at most"))
             .at_line(file_line));
         }
-        let k = last_k + 1 + missing as u64;
-        let deviation = t - self.line.at(k as f64);
-        let step_error = stamp.t_s - last_t - (k - last_k) as f64 * self.line.slope();
-        let wanders = step_error.abs() <= tolerance && deviation.abs() <= 0.5 * self.sample_time_s;
-        if deviation.abs() > tolerance && !wanders {
-            let (off, sample_time) = (short(deviation), short(self.sample_time_s));
+        if !next.is_on_grid {
+            let (off, sample_time) = (short(next.deviation_s), short(self.sample_time_s));
             let what = format!("the time stamp {} s is {off} s off the grid of {sample_time} s", stamp.t_s);
             return Err(Error::new(what).allowed(format!("--resample {sample_time}")).at_line(file_line));
         }
-        if deviation.abs() > self.deviation_max.0 {
-            self.deviation_max = (deviation.abs(), file_line);
-        }
-        if !already_fitted {
-            self.line.learn(k as f64, t);
-        }
-        self.last = Some((k, stamp.t_s));
-        self.last_deviation_s = deviation;
+        self.keep(file_line, stamp, next, !already_fitted);
         Ok(if missing > 0.0 { Place::AfterGap(missing as u64) } else { Place::Next })
     }
 

@@ -155,9 +155,15 @@ impl Resolution {
         finest
     }
 
+    /// Whether a stamp is written more finely than those before.
+    #[inline]
+    pub fn is_refined_by(&self, stamp: Stamp) -> bool {
+        stamp.decimals > self.decimals || stamp.digits > self.digits
+    }
+
     #[inline]
     pub fn learn(&mut self, stamp: Stamp) {
-        if stamp.decimals > self.decimals || stamp.digits > self.digits {
+        if self.is_refined_by(stamp) {
             self.decimals = self.decimals.max(stamp.decimals);
             self.digits = self.digits.max(stamp.digits);
             self.known = (f64::INFINITY, 0.0, 0.0);

@@ -16,6 +16,7 @@ use super::repeated::merged;
 use super::resample::Resampler;
 use super::row::{Row, Rows, repeats};
 use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
+use super::stretch::{Samples, Stretch};
 use super::{ColumnMap, Quality, ReadOptions, RowState};
 use crate::controller::Controller;
 use crate::{Error, Result};
@@ -47,6 +48,8 @@ pub struct RecordingStream {
     size_bytes: Option<u64>,
     /// Rows read ahead to find the sampling.
     head: VecDeque<Row>,
+    /// Rows read ahead to hand them on together, behind those.
+    stretch: Stretch,
     row: Row,
     /// The row before, to tell repeated ones.
     before: Row,
@@ -148,6 +151,7 @@ impl RecordingStream {
             bytes_read,
             size_bytes: None,
             head,
+            stretch: Stretch::default(),
             row: Row::default(),
             before: Row::default(),
             pacing,
@@ -180,6 +184,7 @@ impl RecordingStream {
             bytes_read: Arc::new(AtomicU64::new(0)),
             size_bytes: None,
             head: VecDeque::new(),
+            stretch: Stretch::default(),
             row: Row::default(),
             before: Row::default(),
             pacing: Pacing::Given(sample_time_s),
@@ -228,6 +233,42 @@ impl RecordingStream {
         Ok(Some(Sample { index, t_s, r, y, u: row.u, state, extra: &row.extra }))
     }
 
+    /// The next samples, as far as they can be handed on together: valid ones, each right after the one before, of a recording of
+    /// which no further column is read. None where the next sample, or what is wrong with it, is for [`Self::next`] to tell.
+    pub fn valid_samples(&mut self) -> Samples<'_> {
+        self.stretch.t_s.clear();
+        if self.head.is_empty() && self.missing_first == 0 && self.assumed_r.is_none() {
+            self.take_valid();
+        }
+        self.stretch.taken()
+    }
+
+    fn take_valid(&mut self) {
+        if self.stretch.is_used_up() && !matches!(self.pacing, Pacing::Resampled(..)) {
+            self.stretch.clear();
+            self.rows.read_ahead(&mut self.stretch, &mut self.quality);
+        }
+        let mut t_s = std::mem::take(&mut self.stretch.t_s);
+        match &mut self.pacing {
+            Pacing::Grid(grid) => {
+                let followed = self.stretch.ahead().take_while(|(line, stamp)| grid.follow(*line, *stamp));
+                t_s.extend(followed.map(|(_, stamp)| stamp.t_s));
+                (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) =
+                    grid.deviation_max;
+            }
+            Pacing::Given(sample_time_s) => {
+                let (start_s, index) = (self.start_s, self.index);
+                let later = |n: usize| start_s + (index + n as u64) as f64 * *sample_time_s;
+                t_s.extend(self.stretch.ahead().enumerate().map(|(n, _)| later(n)));
+            }
+            Pacing::Resampled(..) => {}
+        }
+        self.index += t_s.len() as u64;
+        self.quality.samples = self.index;
+        self.stretch.t_s = t_s;
+        self.stretch.take_timed(&mut self.before);
+    }
+
     /// Moves to the next sample: its time, whether it is a missing one, and y where that isn't the row's own.
     fn advance(&mut self) -> Result<Option<(f64, bool, Option<f64>)>> {
         if let Pacing::Resampled(resampler, _) = &mut self.pacing {
@@ -257,7 +298,9 @@ impl RecordingStream {
 
     /// Reads the next row that isn't a repetition, and how many samples are missing before it.
     fn next_new_row(&mut self) -> Result<bool> {
-        while next_row(&mut self.head, self.rows.as_mut(), &mut self.row, &mut self.quality)? {
+        while self.stretch.take_one(&mut self.row)
+            || next_row(&mut self.head, self.rows.as_mut(), &mut self.row, &mut self.quality)?
+        {
             let Pacing::Grid(grid) = &mut self.pacing else { return Ok(true) };
             let place = grid.place(self.row.line, self.row.stamp)?;
             (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) = grid.deviation_max;

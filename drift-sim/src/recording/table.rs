@@ -9,6 +9,7 @@ use super::dates::Dates;
 use super::decimal::DecimalMark;
 use super::row::{Row, Rows, not_a_number};
 use super::stamp::Stamp;
+use super::stretch::{self, Stretch};
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 
@@ -89,8 +90,8 @@ pub(super) trait Table {
 
 /// Rows that come batch by batch, in the memory of one batch.
 pub(super) trait Batches: Send {
-    /// The cells of the columns that are read, by the indices of all columns, all of one length; `None` at the end. What is left
-    /// of the batch before is given back.
+    /// The cells of the columns that are read, by the indices of all columns, all of one length; `None` at the end, or as long as
+    /// no more have come. What is left of the batch before is given back.
     ///
     /// # Errors
     /// The batch is damaged, or takes more memory than there is.
@@ -286,6 +287,22 @@ impl TableRows {
     }
 }
 
+impl TableRows {
+    /// The columns of r, y and u, where they hold numbers in double precision and nothing else is read of a row but its time.
+    fn numbers_alone(&self) -> Option<[&[f64]; 3]> {
+        let choice = &self.choice;
+        if !choice.is_signals_alone() {
+            return None;
+        }
+        let Reference::Column(r) = choice.r else { return None };
+        let column = |index: usize| match self.columns.get(index) {
+            Some(Some(Cells::Double(values))) => values.get(self.next..self.count),
+            _ => None,
+        };
+        Some([column(r)?, column(choice.y?)?, column(choice.u?)?])
+    }
+}
+
 impl Rows for TableRows {
     fn choice(&self) -> &Choice {
         &self.choice
@@ -315,5 +332,20 @@ impl Rows for TableRows {
         self.parse(at, row, quality).map_err(|e| e.at_line(row.line))?;
         quality.rows += 1;
         Ok(true)
+    }
+
+    fn read_ahead(&mut self, stretch: &mut Stretch, quality: &mut Quality) {
+        let Some([r, y, u]) = self.numbers_alone() else { return };
+        let is_there = |at: &usize| [r, y, u].iter().all(|x| x.get(*at).is_some_and(|x| x.is_finite()));
+        let count = (0..stretch::ROWS).take_while(is_there).count();
+        stretch.extend([r, y, u].map(|signal| signal.get(..count).unwrap_or_default()));
+        for _ in 0..count {
+            let stamp = self.choice.t.map_or(Ok(Stamp::default()), |t| self.stamp(t, self.next));
+            let Ok(stamp) = stamp else { break };
+            (self.next, self.line) = (self.next + 1, self.line + 1);
+            stretch.date(self.line, stamp);
+        }
+        stretch.keep_dated();
+        quality.rows += stretch.len() as u64;
     }
 }

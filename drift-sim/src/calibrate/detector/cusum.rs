@@ -35,9 +35,9 @@ impl Designed for Row {
         let side = of.cusum.map(|c| OneSide { k: f64::from(c.k), h: f64::from(c.h) })?;
         Some(run_length::cusum(side, 1.0, law.long_run_variance, law.marginal.third_cumulant()))
     }
-    fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64> {
-        let chart = of.cusum.map(|c| OneSided::new(f64::from(c.k), f64::from(c.h), 0.0))?;
-        Some(chart.map_or(0.0, |chart| chart.alarm_within(shift, decisions)))
+    fn shows(&self, of: &Detectors, shift: f64, decisions: u64, probability: f64) -> bool {
+        let chart = of.cusum.and_then(|c| OneSided::new(f64::from(c.k), f64::from(c.h), 0.0).ok());
+        chart.is_some_and(|chart| chart.alarms_within(shift, decisions, probability))
     }
     fn thresholds(&self, of: &Detectors) -> Option<String> {
         of.cusum.map(|d| format!("k {} h {:.2}", d.k, d.h))

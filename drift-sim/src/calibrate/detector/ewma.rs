@@ -40,9 +40,9 @@ impl Designed for Row {
         let chart = of.ewma.map(|e| design::Ewma::new(f64::from(e.lambda), f64::from(e.limit) / sigma))?;
         Some(chart.map_or(f64::NAN, |chart| chart.arl(1.0 / sigma)))
     }
-    fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64> {
-        let chart = of.ewma.map(|e| design::Ewma::new(f64::from(e.lambda), f64::from(e.limit)))?;
-        Some(chart.map_or(0.0, |chart| chart.alarm_within(shift, decisions)))
+    fn shows(&self, of: &Detectors, shift: f64, decisions: u64, probability: f64) -> bool {
+        let chart = of.ewma.and_then(|e| design::Ewma::new(f64::from(e.lambda), f64::from(e.limit)).ok());
+        chart.is_some_and(|chart| chart.alarm_within(shift, decisions) >= probability)
     }
     fn thresholds(&self, of: &Detectors) -> Option<String> {
         of.ewma.map(|d| format!("lambda {} limit {:.3}", d.lambda, d.limit))

@@ -33,10 +33,11 @@ impl Designed for Row {
         let law = &law.marginal;
         Some(1.0 / (law.above(f64::from(limits.upper) - 1.0) + law.below(f64::from(limits.lower) - 1.0)))
     }
-    fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64> {
-        let limits = of.shewhart?;
-        let limit = f64::from(limits.upper).max(-f64::from(limits.lower));
-        Some(1.0 - normal::below(limit - shift).powf(decisions as f64))
+    fn shows(&self, of: &Detectors, shift: f64, decisions: u64, probability: f64) -> bool {
+        of.shewhart.is_some_and(|limits| {
+            let limit = f64::from(limits.upper).max(-f64::from(limits.lower));
+            1.0 - normal::below(limit - shift).powf(decisions as f64) >= probability
+        })
     }
     fn thresholds(&self, of: &Detectors) -> Option<String> {
         of.shewhart.map(|d| format!("below {:.2} or above {:.2}", d.lower, d.upper))

@@ -60,9 +60,9 @@ impl Designed for Row {
         let side = as_cusum(of)?;
         Some(run_length::cusum(side, 1.0, law.long_run_variance, law.marginal.third_cumulant()))
     }
-    fn alarm_within(&self, of: &Detectors, shift: f64, decisions: u64) -> Option<f64> {
-        let OneSide { k, h } = as_cusum(of)?;
-        Some(OneSided::new(k, h, 0.0).map_or(0.0, |chart| chart.alarm_within(shift, decisions)))
+    fn shows(&self, of: &Detectors, shift: f64, decisions: u64, probability: f64) -> bool {
+        let chart = as_cusum(of).and_then(|OneSide { k, h }| OneSided::new(k, h, 0.0).ok());
+        chart.is_some_and(|chart| chart.alarms_within(shift, decisions, probability))
     }
     fn thresholds(&self, of: &Detectors) -> Option<String> {
         of.sprt.map(|d| format!("upper {:.2} lower {:.2}", d.upper, d.lower))

@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind, Read};
 
 use rayon::prelude::*;
 
-use super::plain::{PlainRows, Plan};
+use super::plain::{PlainRow, PlainRows, Plan};
 
 /// Bytes asked of the system at a time, and what a block holds at least where lines are short.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -76,10 +76,10 @@ impl Blocks {
         }
     }
 
-    /// Steps to the plain row that begins where the text was handed on to, where there is one: its place among
+    /// Steps to the plain row that begins where the text was handed on to, where there is one and it is wanted: its place among
     /// [`Self::rows`], and its line.
     #[inline]
-    pub fn plain(&mut self, plan: &Plan) -> Option<(usize, u64)> {
+    pub fn plain(&mut self, plan: &Plan, is_wanted: impl Fn(&PlainRow) -> bool) -> Option<(usize, u64)> {
         if self.at == self.current.text.len() && !self.advance(Some(plan)) {
             return None;
         }
@@ -90,8 +90,12 @@ impl Blocks {
         let rows = &self.current.plain.rows;
         while let Some(row) = rows.get(self.next).filter(|row| row.from as usize <= self.at) {
             let index = self.next;
+            let is_next = row.from as usize == self.at;
+            if is_next && !is_wanted(row) {
+                return None;
+            }
             self.next += 1;
-            if row.from as usize == self.at {
+            if is_next {
                 self.at = row.to as usize;
                 return Some((index, self.line + u64::from(row.line)));
             }

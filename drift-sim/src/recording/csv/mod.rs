@@ -20,12 +20,13 @@ use super::decimal::DecimalMark;
 use super::format::Source;
 use super::records::{Record, Records};
 use super::row::Row;
+use super::stretch::{self, Stretch};
 use super::text_rows::{Header, TextRows};
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 use blocks::Blocks;
 use layout::{Layout, Separator};
-use plain::{Delimiters, Plan};
+use plain::{Delimiters, PlainRow, Plan};
 use rows::CsvRows;
 
 /// Text that the layout is found from.
@@ -85,13 +86,33 @@ impl CsvRecords {
     /// The next row into `row` where it is a plain one; false where it takes the parser, and at the end.
     #[inline]
     fn plain(&mut self, plan: &Plan, row: &mut Row, quality: &mut Quality) -> bool {
-        let Some((index, line)) = self.source.plain(plan) else { return false };
+        let Some((index, line)) = self.source.plain(plan, |_| true) else { return false };
         self.source.rows().write(index, row);
         row.line = line;
+        self.pass(line, quality);
+        true
+    }
+
+    /// The plain rows that come next, as long as they are samples of a closed loop.
+    fn samples(&mut self, plan: &Plan, stretch: &mut Stretch, quality: &mut Quality) {
+        while stretch.len() < stretch::ROWS {
+            let Some((index, line)) = self.source.plain(plan, |row| row.sample().is_some()) else { return };
+            let Some((stamp, [r, y, u])) = self.source.rows().rows.get(index).and_then(PlainRow::sample)
+            else {
+                return;
+            };
+            stretch.extend([&[r], &[y], &[u]]);
+            stretch.date(line, stamp);
+            self.pass(line, quality);
+        }
+    }
+
+    /// Goes on behind a row that the parser has not seen.
+    #[inline]
+    fn pass(&mut self, line: u64, quality: &mut Quality) {
         quality.blank_lines += line.saturating_sub(self.last_line + 1);
         self.last_line = line;
         self.parser.set_line(line + 1);
-        true
     }
 
     fn into_rows(mut self, layout: Layout, options: &ReadOptions) -> Result<TextRows<Self>> {

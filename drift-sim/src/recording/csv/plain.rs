@@ -74,6 +74,15 @@ pub(super) struct PlainRow {
     mode: f64,
 }
 
+impl PlainRow {
+    /// Its time and r, y and u, where they are all there and the loop is closed.
+    #[inline]
+    pub fn sample(&self) -> Option<(Stamp, [f64; 3])> {
+        let signals = [self.r, self.y, self.u];
+        (!self.manual && signals.iter().all(|x| x.is_finite())).then_some((self.stamp, signals))
+    }
+}
+
 impl PlainRows {
     /// Writes a row down, all but its line, and says whether r, y and u are missing.
     #[inline]

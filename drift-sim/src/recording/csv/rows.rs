@@ -2,6 +2,7 @@
 
 use super::super::choice::{Choice, Reference};
 use super::super::row::{Row, Rows};
+use super::super::stretch::Stretch;
 use super::super::text_rows::{Settled, TextRows};
 use super::plain::Plan;
 use super::{CsvRecords, Quality};
@@ -84,5 +85,13 @@ impl Rows for CsvRows {
         let found = self.single.read(row, quality)?;
         self.settle();
         Ok(found)
+    }
+
+    fn read_ahead(&mut self, stretch: &mut Stretch, quality: &mut Quality) {
+        let Some(plan) = &self.plan else { return };
+        if self.has == [true; 3] && self.single.choice().is_signals_alone() {
+            self.single.records_mut().samples(plan, stretch, quality);
+            quality.rows += stretch.len() as u64;
+        }
     }
 }

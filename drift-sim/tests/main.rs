@@ -1,0 +1,52 @@
+//! All tests of drift-sim from outside: its library and its command. One program, because each would be linked
+//! with all of drift-sim; one file is run by `cargo test -p drift-sim --test all FILE::`.
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "tests fail by panicking, their own functions too"
+)]
+
+mod baseline_file;
+mod calibration;
+mod calibration_promise;
+mod design_command;
+mod diagnose;
+mod effort_families;
+mod effort_memory;
+mod ewma_run_lengths;
+mod hostile_recordings;
+mod init;
+mod init_real;
+mod look_command;
+mod monitor;
+mod monitor_command;
+mod operating_point;
+mod outputs;
+mod plain_rows;
+mod plan_command;
+mod plot_figures;
+mod recording_formats;
+mod recording_input;
+mod recording_real;
+mod recording_shapes;
+mod report_pages;
+mod run_lengths;
+mod run_lengths_simulated;
+mod sentences;
+mod shell_support;
+mod side_by_side;
+mod simulate_command;
+
+/// A file that is not named above would not run.
+#[test]
+fn every_file_is_a_module() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let here = include_str!("main.rs");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if let Some(name) = name.strip_suffix(".rs").filter(|name| *name != "main") {
+            assert!(here.contains(&format!("\nmod {name};\n")), "tests/{name}.rs is not in tests/main.rs");
+        }
+    }
+}

@@ -22,7 +22,6 @@ mod missing_drive;
 mod needle;
 pub(crate) mod nominal;
 pub mod options;
-mod pairs;
 pub(crate) mod plants;
 pub mod prove;
 pub(crate) mod rivals;

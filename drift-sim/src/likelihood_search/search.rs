@@ -45,7 +45,6 @@ pub struct Choice {
 }
 
 /// A kind's fit beside the nominal loop.
-#[derive(Clone)]
 pub struct Contender {
     /// The fit, the kind its last candidate.
     pub fit: Fit,
@@ -60,7 +59,6 @@ const KEPT_BESIDE: usize = 3;
 const KEPT: usize = 7;
 
 /// Where a search ended.
-#[derive(Clone)]
 pub struct Found {
     /// The nominal loop, its numbers refitted.
     pub base: Fit,
@@ -136,11 +134,9 @@ impl Search<'_> {
         let decision = self.decide(&first, 0.0);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let contenders = contenders(&first, &decision);
-        let scored = decision.scored.clone();
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
         self.follow(&mut found);
-        self.pair(&mut found, &first, &scored);
         // Where causes are left, what is left beside the likeliest of them counts.
         let left = if found.set.is_empty() { &found.base } else { likeliest };
         found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
@@ -149,7 +145,7 @@ impl Search<'_> {
     }
 
     /// Names kind after kind beside what is named already.
-    pub(super) fn follow(&self, found: &mut Found) {
+    fn follow(&self, found: &mut Found) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
             let Some(next) = field(&best, self.data, Round::Later) else { break };

@@ -1,8 +1,8 @@
 //! Where the fit of a kind begins: points found by few simulations each, the best first. What a point gains is judged after all that
 //! the base's own numbers could take up has been projected out.
 
+mod forecast;
 mod grid;
-mod needle;
 mod noise_change;
 mod onset;
 mod spectrum;
@@ -135,7 +135,7 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
 /// Points about a fit whose last candidate has a likelihood as narrow as a needle, the best first; none of other kinds.
 pub fn needles(fit: &Fit, data: &Data) -> Vec<Begin> {
     let Some(base) = Base::new(fit, data) else { return Vec::new() };
-    let mut found = needle::about(&base).unwrap_or_default();
+    let mut found = forecast::about(&base).unwrap_or_default();
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     found
 }

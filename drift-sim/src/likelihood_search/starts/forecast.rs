@@ -1,5 +1,5 @@
-//! A peak that is as narrow as a needle: what an actuator makes of u at thousands of points about a fit, each judged by a linear forecast of the
-//! innovations, which costs a hundredth of a run of the filter. The best of them are run.
+//! Forecasts for a peak that is as narrow as a needle: what an actuator makes of u at thousands of points about a fit, each judged by how the innovations answer to
+//! an impulse of what leaves it, which costs a hundredth of a run of the filter. The best of them are run.
 
 use rayon::prelude::*;
 use realfft::num_complex::Complex;

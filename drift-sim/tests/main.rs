@@ -15,6 +15,7 @@ mod diagnose;
 mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;
+mod fleet_command;
 mod hostile_recordings;
 mod init;
 mod init_real;

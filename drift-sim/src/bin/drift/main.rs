@@ -6,6 +6,7 @@ mod completions;
 mod demo;
 mod design;
 mod diagnose;
+mod fleet;
 mod init;
 mod likelihood;
 mod look;
@@ -50,6 +51,7 @@ enum Command {
     Diagnose(diagnose::Arguments),
     Init(init::Arguments),
     Likelihood(likelihood::Arguments),
+    Fleet(fleet::Arguments),
     Paper(paper::Arguments),
     Plan(plan::Arguments),
     Completions(completions::Arguments),
@@ -65,6 +67,7 @@ fn main() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Design(arguments) => design::run(arguments),
         Command::Diagnose(arguments) => diagnose::run(arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Likelihood(arguments) => likelihood::run(&arguments),
         Command::Look(arguments) => look::run(&arguments),

@@ -1,0 +1,193 @@
+//! `drift fleet scan`: of every loop the stretches that are worth a diagnosis.
+
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+use datafusion::arrow::array::{Array, ArrayRef, AsArray};
+use datafusion::arrow::compute::cast;
+use datafusion::arrow::datatypes::{DataType, Float64Type};
+use datafusion::prelude::SessionContext;
+use drift_sim::recording::write_csv;
+use drift_sim::{Error, Result, output};
+use futures::StreamExt;
+
+use super::reading::Reading;
+use crate::samples::literal;
+use crate::scan::{Found, NAME};
+use crate::stretches::Kind;
+use crate::{baselines, from_engine, session};
+
+/// Finds the stretches that are worth a diagnosis: excitation, by hand, at a limit, in oscillation, and changes.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  drift fleet scan lake/ --loop-column tag --json stretches.jsonl
+  drift fleet scan lake/ --loop-column tag --diagnose 5 --folder worth/")]
+pub struct Arguments {
+    #[command(flatten)]
+    reading: Reading,
+    /// One line of JSON a stretch; - is standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write this many of the clearest excited stretches as CSV, each of another loop, and run `drift diagnose` on them
+    #[arg(long, value_name = "N", requires = "folder")]
+    diagnose: Option<u16>,
+    /// Where the stretches and their reports go
+    #[arg(long, value_name = "FOLDER")]
+    folder: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The data can't be read, the query fails, an output can't be written.
+pub async fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let named = [("--json", arguments.json.as_deref())];
+    let mut files = arguments.reading.outputs(&named)?;
+    let session = session::session(&arguments.reading.engine(), None).map_err(|e| from_engine(&e))?;
+    let found = arguments.reading.source().register(&session).await?;
+    let further = found.further_arguments();
+    let sql = format!("SELECT loop, {NAME}(loop, t, r, y, u{further} ORDER BY t) FROM samples GROUP BY loop");
+    let mut loops = stretches(&session, &sql).await?;
+    if loops.is_empty() {
+        return Err(arguments.reading.no_rows());
+    }
+    loops.sort_by(|a, b| a.0.cmp(&b.0));
+    if let Some(path) = &arguments.json {
+        files.write_with(path, |out| {
+            loops
+                .iter()
+                .try_for_each(|(name, found)| found.iter().try_for_each(|one| write_line(out, name, one)))
+        })?;
+    }
+    files.commit()?;
+    if arguments.json.as_deref() != Some(Path::new("-")) {
+        output::write_text(Path::new("-"), &screen(&loops))?;
+    }
+    if let (Some(count), Some(folder)) = (arguments.diagnose, &arguments.folder) {
+        diagnose(&session, &loops, usize::from(count), folder).await?;
+    }
+    Ok(super::all_judged(loops.iter().flat_map(|(_, found)| found.iter().filter_map(|one| one.what.clone()))))
+}
+
+async fn stretches(session: &SessionContext, sql: &str) -> Result<Vec<(String, Vec<Found>)>> {
+    let query = session.sql(sql).await.map_err(|e| from_engine(&e))?;
+    let mut batches = query.execute_stream().await.map_err(|e| from_engine(&e))?;
+    let mut loops = Vec::new();
+    while let Some(batch) = batches.next().await {
+        let batch = batch.map_err(|e| from_engine(&e))?;
+        let names = cast(batch.column(0), &DataType::Utf8).map_err(|e| from_engine(&e.into()))?;
+        let (Some(names), Some(lists)) = (names.as_string_opt::<i32>(), batch.column(1).as_list_opt::<i32>())
+        else {
+            return Err(Error::new("the query's columns are no loops and stretches"));
+        };
+        for row in (0..batch.num_rows()).filter(|row| lists.is_valid(*row)) {
+            let found = Found::of_list(&lists.value(row)).map_err(|e| from_engine(&e))?;
+            loops.push((names.value(row).to_owned(), found));
+        }
+    }
+    Ok(loops)
+}
+
+fn write_line(out: &mut dyn Write, name: &str, found: &Found) -> std::io::Result<()> {
+    let (from, to, score) = found.span.map_or((None, None, None), |(a, b, c)| (Some(a), Some(b), Some(c)));
+    let line = serde_json::json!({"loop": name, "kind": found.kind, "from_s": from, "to_s": to, "score": score, "what": found.what});
+    writeln!(out, "{line}")
+}
+
+/// How many stretches of each kind, and of how many loops.
+fn screen(loops: &[(String, Vec<Found>)]) -> String {
+    let mut text = format!("{} loops\n", loops.len());
+    for kind in [Kind::Excitation, Kind::Manual, Kind::Saturation, Kind::Oscillation, Kind::Change] {
+        let of = |found: &Vec<Found>| found.iter().filter(|one| one.kind == kind.name()).count();
+        let stretches: usize = loops.iter().map(|(_, found)| of(found)).sum();
+        let among = loops.iter().filter(|(_, found)| of(found) > 0).count();
+        text += &format!("{:<12} {stretches:>7} in {among} loops\n", kind.name());
+    }
+    text
+}
+
+/// Writes the clearest excited stretches, one a loop, and has `drift diagnose` look at each.
+async fn diagnose(
+    session: &SessionContext,
+    loops: &[(String, Vec<Found>)],
+    count: usize,
+    folder: &Path,
+) -> Result<()> {
+    let clearest = |found: &Vec<Found>| {
+        let excited = found.iter().filter(|one| one.kind == Kind::Excitation.name());
+        excited.filter_map(|one| one.span).max_by(|a, b| a.2.total_cmp(&b.2))
+    };
+    let mut chosen: Vec<(&str, (f64, f64, f64))> =
+        loops.iter().filter_map(|(name, found)| Some((name.as_str(), clearest(found)?))).collect();
+    chosen.sort_by(|a, b| b.1.2.total_cmp(&a.1.2).then(a.0.cmp(b.0)));
+    chosen.truncate(count);
+    std::fs::create_dir_all(folder).map_err(|e| Error::new(format!("can't be made: {e}")).in_file(folder))?;
+    for (name, (from_s, to_s, _)) in chosen {
+        let file = folder.join(format!("{}.csv", baselines::file_stem(name)));
+        let report = file.with_extension("html");
+        write_stretch(session, name, from_s, to_s, &file).await?;
+        let ran =
+            Command::new(super::drift()).arg("diagnose").arg(&file).arg("--report").arg(&report).output();
+        let ran = ran.map_err(|e| {
+            Error::new(format!("`drift` can't be run: {e}")).allowed("drift beside drift-fleet or on PATH")
+        })?;
+        let said = if ran.status.success() { &ran.stdout } else { &ran.stderr };
+        let said = String::from_utf8_lossy(said);
+        println!(
+            "{name}, {from_s} to {to_s} s: {}; {}",
+            said.lines().next().unwrap_or_default(),
+            report.display()
+        );
+    }
+    Ok(())
+}
+
+async fn write_stretch(
+    session: &SessionContext,
+    name: &str,
+    from_s: f64,
+    to_s: f64,
+    file: &Path,
+) -> Result<()> {
+    // Dates count from the loop's first row, as its stretches do.
+    let sql = format!("SELECT t, r, y, u FROM samples WHERE loop = {} ORDER BY t", literal(name));
+    let query = session.sql(&sql).await.map_err(|e| from_engine(&e))?;
+    let mut batches = query.execute_stream().await.map_err(|e| from_engine(&e))?;
+    let mut columns: HashMap<usize, Vec<f64>> = HashMap::new();
+    let mut zero = None;
+    while let Some(batch) = batches.next().await {
+        let batch = batch.map_err(|e| from_engine(&e))?;
+        let values = batch.columns().iter().map(seconds_or_number).collect::<Result<Vec<_>>>()?;
+        let is_date = batch.column(0).data_type().is_temporal();
+        for row in 0..batch.num_rows() {
+            let at = |column: usize| values.get(column).and_then(|v| v.get(row)).copied().unwrap_or(f64::NAN);
+            let t = at(0) - if is_date { *zero.get_or_insert(at(0)) } else { 0.0 };
+            if t < from_s || t > to_s {
+                continue;
+            }
+            for (column, value) in [t, at(1), at(2), at(3)].into_iter().enumerate() {
+                columns.entry(column).or_default().push(value);
+            }
+        }
+    }
+    let column = |at: usize| columns.get(&at).map_or(&[] as &[f64], Vec::as_slice);
+    write_csv(file, &[("t", column(0)), ("r", column(1)), ("y", column(2)), ("u", column(3))])
+}
+
+/// Numbers; points in time in seconds since 1970.
+fn seconds_or_number(array: &ArrayRef) -> Result<Vec<f64>> {
+    let refused = |e: datafusion::arrow::error::ArrowError| from_engine(&e.into());
+    let (plain, scale) = match array.data_type() {
+        DataType::Timestamp(..) => {
+            let nanoseconds = DataType::Timestamp(datafusion::arrow::datatypes::TimeUnit::Nanosecond, None);
+            (cast(&cast(array, &nanoseconds).map_err(refused)?, &DataType::Int64).map_err(refused)?, 1e-9)
+        }
+        _ => (array.clone(), 1.0),
+    };
+    let numbers = cast(&plain, &DataType::Float64).map_err(refused)?;
+    Ok(numbers.as_primitive::<Float64Type>().iter().map(|x| x.map_or(f64::NAN, |x| x * scale)).collect())
+}

@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimate::inner_product::dot;
 use crate::plant::{FirstOrder, Plant, TransferFunction};
 
 use super::fit::mean_square;
@@ -164,33 +165,33 @@ fn times(polynomial: &[f64], lag: f64) -> Vec<f64> {
 
 /// (coefficients, mean square of what is left) of the columns on y, samples without y left out.
 fn least_squares(columns: &[Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let n = columns.len();
-    let scales: Vec<f64> =
-        columns.iter().map(|c| c.iter().fold(0.0, |most: f64, x| most.max(x.abs())).max(1e-300)).collect();
-    let (mut normal, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-    let (mut power, mut count, mut row) = (0.0, 0usize, vec![0.0; n]);
-    for (at, y) in y.iter().enumerate().filter(|(_, y)| y.is_finite()) {
-        for ((slot, column), scale) in row.iter_mut().zip(columns).zip(&scales) {
-            *slot = column.get(at).copied().unwrap_or(0.0) / scale;
-        }
-        for i in 0..n {
-            for j in 0..=i {
-                normal[(i, j)] += row[i] * row[j];
-            }
-            right[i] += row[i] * y;
-        }
-        power += y * y;
-        count += 1;
+    let count = y.iter().filter(|y| y.is_finite()).count();
+    if count == y.len() {
+        return of_whole(columns, y);
     }
-    for i in 0..n {
-        for j in 0..i {
+    let known = |x: &[f64]| x.iter().zip(y).filter(|(_, y)| y.is_finite()).map(|(x, _)| *x).collect();
+    let columns: Vec<Vec<f64>> = columns.iter().map(|column| known(column)).collect();
+    let y: Vec<f64> = known(y);
+    of_whole(&columns, &y)
+}
+
+/// The same where y is there in every sample.
+fn of_whole(columns: &[Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let (n, count) = (columns.len(), y.len().max(1) as f64);
+    let most = |column: &Vec<f64>| column.iter().fold(0.0, |most: f64, x| most.max(x.abs())).max(1e-300);
+    let scales: Vec<f64> = columns.iter().map(most).collect();
+    let (mut normal, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
+    for (i, column) in columns.iter().enumerate() {
+        for (j, other) in columns.iter().enumerate().take(i + 1) {
+            normal[(i, j)] = dot(column, other) / (scales[i] * scales[j]);
             normal[(j, i)] = normal[(i, j)];
         }
+        right[i] = dot(column, y) / scales[i];
         // Two equal lags have one free response between them.
-        normal[(i, i)] += 1e-10 * count as f64;
+        normal[(i, i)] += 1e-10 * count;
     }
     let solved = normal.clone().cholesky()?.solve(&right);
-    let left = power - 2.0 * solved.dot(&right) + (&normal * &solved).dot(&solved);
+    let left = dot(y, y) - 2.0 * solved.dot(&right) + (&normal * &solved).dot(&solved);
     let coefficients = solved.iter().zip(&scales).map(|(x, scale)| x / scale).collect();
-    Some((coefficients, (left / count.max(1) as f64).max(0.0)))
+    Some((coefficients, (left / count).max(0.0)))
 }

@@ -188,12 +188,13 @@ pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
     Some(Sketch::of(base, data, round)?.finished(base, data))
 }
 
-/// The best of the short fits from a kind's starts: of what has slid from each base's starts the best descends.
+/// A short fit of a kind: of what has slid from each base's starts the best descends.
 fn short_fit(bases: &[Base<'_>], kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
-    bases
-        .iter()
-        .filter_map(|base| from_base(base, kind, data, must_promise))
-        .min_by(|a, b| a.objective().total_cmp(&b.objective()))
+    let slid = bases.iter().filter_map(|base| from_base(base, kind, data, must_promise));
+    let mut best = slid.min_by(|a, b| a.objective().total_cmp(&b.objective()))?;
+    let fixed = stuck(&best.hypothesis);
+    best.descend(data, SHORT, &fixed);
+    Some(best)
 }
 
 fn from_base(base: &Base<'_>, kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
@@ -211,10 +212,7 @@ fn from_base(base: &Base<'_>, kind: &'static Kind, data: &Data, must_promise: bo
             break;
         }
     }
-    let mut best = best?;
-    let fixed = stuck(&best.hypothesis);
-    best.descend(data, SHORT, &fixed);
-    Some(best)
+    best
 }
 
 /// A fit from a start. A wave's length is too far from linear for a slide.

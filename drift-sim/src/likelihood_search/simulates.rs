@@ -2,6 +2,8 @@
 //! single steps may be high on a plant that is none. How far a simulation may miss follows from the noise that the fit itself found: a loop at rest,
 //! or one that cycles, is where its noise has led it.
 
+use std::cell::LazyCell;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -55,20 +57,24 @@ impl Trial<'_> {
     pub fn passes(&self) -> bool {
         let fits = self.found.unseen_fits();
         let (Some(before), Some(after)) = (fits.before, fits.after) else { return !self.is_guessed };
-        self.follows(before, after) && self.is_no_worse(before, after) && self.explains(before, after)
+        let as_noise_has_it = LazyCell::new(|| self.is_as_noise_has_it());
+        let as_noise_has_it = || *as_noise_has_it;
+        self.follows(before, after, as_noise_has_it)
+            && self.is_no_worse(before, after, as_noise_has_it)
+            && self.explains(before, after, as_noise_has_it)
     }
 
     /// Whether the named terms explain what is missing, or most of that is noise: what explains little of it stands in for something else.
-    fn explains(&self, before: FitPct, after: FitPct) -> bool {
+    fn explains(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
         let Some(floor) = self.found.noise_floor else { return true };
         let missing = error(before) - error(floor);
         self.found.physics.iter().all(is_noise)
             || missing < error(floor)
             || error(before) - error(after) > LEAST_EXPLAINED * missing
-            || self.is_as_noise_has_it()
+            || as_noise_has_it()
     }
 
-    fn follows(&self, before: FitPct, after: FitPct) -> bool {
+    fn follows(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
         let is_open = self.found.nominal.controller == Controller::Recorded;
         let is_strong = |named: &Named| named.train_gain > STRONG;
         !(self.is_guessed && is_open)
@@ -77,16 +83,16 @@ impl Trial<'_> {
                 && !self.found.physics.is_empty()
                 && self.found.physics.iter().all(|named| is_noise(named) && is_strong(named)))
             || after.y_pct > LEAST_SIMULATED_PCT
-            || (self.predicted > MOSTLY && self.is_as_noise_has_it())
+            || (self.predicted > MOSTLY && as_noise_has_it())
             || (after.y_pct > 0.0
                 && ((error(after) < CLOSER * error(before) && self.found.physics.iter().any(is_strong))
-                    || (self.predicted > LEAST_PREDICTED && self.is_as_noise_has_it())))
+                    || (self.predicted > LEAST_PREDICTED && as_noise_has_it())))
     }
 
-    fn is_no_worse(&self, before: FitPct, after: FitPct) -> bool {
+    fn is_no_worse(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
         self.found.physics.iter().all(is_noise)
             || error(after) < MOST_WORSE * error(before)
-            || self.is_as_noise_has_it()
+            || as_noise_has_it()
     }
 
     /// Whether recordings that are drawn from the fit, its noise among it, are simulated no better.
@@ -94,16 +100,14 @@ impl Trial<'_> {
         let model = &self.found.improved;
         let Some(realised) = self.fit.hypothesis.realise(&self.fit.point) else { return false };
         let load = realised.noise.load_ratio * self.fit.rows.sensor_sd;
-        let missed_of_drawn = |seed| missed(model, &self.drawn(model, seed)?, load);
+        let missed_of_drawn = |seed| missed(model, &self.drawn(model, &realised.noise, seed)?, load);
         let drawn: Option<Vec<f64>> = (0..DRAWN).map(missed_of_drawn).collect();
         let of_shown = missed(model, self.shown, load).unwrap_or(f64::INFINITY);
         drawn.is_some_and(|errors| of_shown < MOST_WORSE * errors.iter().sum::<f64>() / DRAWN as f64)
     }
 
     /// A recording of a loop under the same reference (under the same u, where the law is unknown), with load and sensor noise of the fit's size.
-    fn drawn(&self, model: &Loop, seed: u64) -> Option<Signals> {
-        let realised = self.fit.hypothesis.realise(&self.fit.point)?;
-        let noise = &realised.noise;
+    fn drawn(&self, model: &Loop, noise: &Noise, seed: u64) -> Option<Signals> {
         let signals = self.shown;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let sensor_sd = self.fit.rows.sensor_sd;

@@ -8,6 +8,7 @@ use crate::physics::Starts;
 use crate::plant::Role;
 
 use super::decide::independent_share;
+use super::needle::peaks_beside;
 
 /// Half width, in standard errors, of a 95 % interval of what is normally distributed.
 const NORMAL_95: f64 = 1.96;
@@ -33,7 +34,10 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         let delay = fit.hypothesis.numbers.iter().position(|number| number.role == Role::Delay)?;
         fit.hypothesis.place(Target::Plant(delay))
     });
-    for (i, width) in widths.iter_mut().enumerate() {
+    let rise = CHI_SQUARED / share;
+    let needles = needles(fit);
+    let of_needles = |place: &usize| needles.iter().any(|own| own.contains(place));
+    for (i, width) in widths.iter_mut().enumerate().filter(|(place, _)| !of_needles(place)) {
         let (Some(free), Some(x)) = (fit.hypothesis.free.get(i), fit.point.x.get(i)) else { continue };
         let error = libm::sqrt((inverse[(i, i)] / share).max(0.0));
         // How far the number moves with the time at which y is taken, which another way to cut a sample shifts.
@@ -48,21 +52,32 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         *width = if free.smooth {
             by_curvature
         } else {
-            by_profile(fit, data, &tangent, &[i], CHI_SQUARED / share)
-                .map_or(by_curvature, |w| w.max(by_curvature))
+            by_profile(fit, data, &tangent, &[i], rise).map_or(by_curvature, |w| w.max(by_curvature))
         };
     }
-    for own in needles(fit) {
+    // A needle's top has many peaks: all that are as likely are in the interval.
+    let peaks: Vec<Fit> = peaks_beside(fit, data)
+        .into_iter()
+        .filter(|peak| peak.objective() < fit.objective() + rise)
+        .collect();
+    for own in &needles {
         let tangent = own.iter().fold(tangent.clone(), |tangent, place| tangent.without(*place));
-        let together = by_profile(fit, data, &tangent, &own, CHI_SQUARED / share).unwrap_or(0.0);
+        let together = by_profile(fit, data, &tangent, own, rise).unwrap_or(0.0);
         for place in own {
-            let alone = by_profile(fit, data, &tangent, &[place], CHI_SQUARED / share).unwrap_or(0.0);
-            if let Some(width) = widths.get_mut(place) {
-                *width = alone.max(together);
+            let alone = by_profile(fit, data, &tangent, &[*place], rise).unwrap_or(0.0);
+            if let Some(width) = widths.get_mut(*place) {
+                *width = alone.max(together) + farthest(&peaks, fit, *place);
             }
         }
     }
     widths
+}
+
+/// How far a number of these fits is from that of another, at most.
+fn farthest(of: &[Fit], from: &Fit, place: usize) -> f64 {
+    let value = |fit: &Fit| Some(fit.hypothesis.free.get(place)?.value(*fit.point.x.get(place)?));
+    let distances = of.iter().filter_map(|fit| Some((value(fit)? - value(from)?).abs()));
+    distances.fold(0.0, f64::max)
 }
 
 /// The numbers of each term whose peak is as narrow as a needle, along which there is no slope.

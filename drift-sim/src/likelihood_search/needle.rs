@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
-use crate::physics::{Kind, Start, Starts};
+use crate::physics::{Kind, Start};
 
 use super::climb::{Steps, climb};
 use super::rivals::stuck;
-use super::starts::needles;
+use super::starts::{needles, needles_at_the_top};
 
 /// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
 const AGAIN: usize = 3;
@@ -23,6 +23,12 @@ const LONG: usize = 12;
 /// Steps of the last climb, and their reach.
 const STEPS: usize = 100;
 const REACH: f64 = 0.002;
+/// Points that are forecast for other peaks of a top, how far they are drawn from it, the least number as a part of the largest, and slides of the other
+/// numbers there.
+const LOOKED_AT: usize = 600;
+const TOP_REACH: f64 = 0.006;
+const LEAST: f64 = 1e-3;
+const SLIDES: usize = 2;
 /// Points that are drawn about a top, and how far their objective may be above it.
 const DRAWN: usize = 80;
 const AS_LIKELY: f64 = 6.0;
@@ -43,10 +49,50 @@ pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
             break;
         }
     }
-    climbed(&fit, kind, data).map_or(fit, |mut climbed| {
+    let to_the_top = |from: Fit| {
+        let Some(mut climbed) = climbed(&from, kind, data) else { return from };
         climbed.descend(data, LONG, &fixed);
         climbed
-    })
+    };
+    let fit = to_the_top(fit);
+    match peaks_beside(&fit, data).into_iter().next() {
+        Some(other) if other.objective() < fit.objective() => to_the_top(other),
+        _ => fit,
+    }
+}
+
+/// Fits at other peaks of the top, the likeliest first: a needle's top has many, some per cent of its numbers apart.
+pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
+    if stuck(&fit.hypothesis).is_empty() {
+        return Vec::new();
+    }
+    let Some(top) = parameters(fit) else { return Vec::new() };
+    let points = drawn(&top, LOOKED_AT, |_| TOP_REACH);
+    let begins = needles_at_the_top(fit, data, points);
+    let Some(tangent) = fit.tangent(data, &stuck(&fit.hypothesis)) else { return Vec::new() };
+    let slid = begins.into_par_iter().filter_map(|begin| {
+        let mut near = Fit::at(&begin.hypothesis, &begin.point, data)?;
+        near.slide(data, &tangent, SLIDES);
+        Some(near)
+    });
+    let mut peaks: Vec<Fit> = slid.collect();
+    peaks.sort_by(|a, b| a.objective().total_cmp(&b.objective()));
+    peaks
+}
+
+/// Points about a top, deviations of so large a part of the largest number from it: all together, and each by itself besides, for what is left between
+/// two of them may be known best.
+fn drawn(top: &[f64], count: usize, reach: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let largest = top.iter().copied().fold(0.0, f64::max);
+    (0..count)
+        .map(|i| {
+            let all = libm::exp(2.0 * reach(i) * draw());
+            let moved = top.iter().map(|value| all * (value + reach(i) * largest * draw()));
+            moved.map(|value| value.max(LEAST * largest)).collect()
+        })
+        .collect()
 }
 
 /// The last part of the way, by runs of the filter: one event that comes a sample late costs more than all numbers do.
@@ -67,28 +113,12 @@ fn with(fit: &Fit, parameters: &[f64], data: &Data) -> Option<Fit> {
     Fit::at(&fit.hypothesis, &point, data)
 }
 
-/// Fits about the top of a needle that are as likely, and the logarithm of each one's weight among them; of another kind the fit alone. Between them a fit
+/// Fits about the top of a needle that are as likely, and the logarithm of each one's weight among them; none of another kind. Between them a fit
 /// can't choose, and on what it has not seen they differ by whole events.
 pub fn as_likely(fit: &Fit, data: &Data) -> Vec<(f64, Fit)> {
-    let alone = || vec![(0.0, fit.clone())];
-    let is_needle = fit
-        .hypothesis
-        .candidates()
-        .last()
-        .is_some_and(|term| matches!(term.kind.search, Starts::Peak { .. }));
-    let Some(top) = parameters(fit).filter(|_| is_needle) else { return alone() };
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let mut draw = |reach: f64| -> f64 {
-        libm::exp(reach * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random))
-    };
-    let drawn: Vec<Vec<f64>> = (0..DRAWN)
-        .map(|i| {
-            let reach = REACH / f64::from(1 << (i % 4));
-            // All together, and each by itself besides: what is left between two of them may be known best.
-            let both = draw(2.0 * reach);
-            top.iter().map(|value| both * draw(reach) * value).collect()
-        })
-        .collect();
+    let is_needle = !stuck(&fit.hypothesis).is_empty();
+    let Some(top) = parameters(fit).filter(|_| is_needle) else { return Vec::new() };
+    let drawn = drawn(&top, DRAWN, |i| REACH / f64::from(1 << (i % 4)));
     let near: Vec<Fit> = drawn.par_iter().filter_map(|parameters| with(fit, parameters, data)).collect();
     let mut fits: Vec<Fit> =
         near.into_iter().filter(|near| near.objective() < fit.objective() + AS_LIKELY).collect();

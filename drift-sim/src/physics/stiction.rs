@@ -45,17 +45,26 @@ fn coarse(s: &Scales) -> Vec<Start> {
     grid(points, |(band, jump)| vec![band * s.u_range, jump * band * s.u_range])
 }
 
-/// Parts of the fit's band, and jumps as parts of the band, on which the fine points lie; and the ratio of one to the next. Under a noisy u the peak is 0.3 % of the
-/// band wide and 4 % of the jump; beside it a fit takes a band that is too small and nearly no jump.
-const BANDS: [f64; 3] = [0.9, 1.25, 1.002];
+/// Parts of the fit's lag, and jumps as parts of the band, on which the fine points lie; and the ratio of one to the next. Under a noisy u the peak is 0.3 % of the
+/// band wide and 4 % of the jump; beside it a fit takes a lag that is too small and nearly no jump.
+const LAGS: [f64; 3] = [0.9, 1.25, 1.002];
 const JUMPS: [f64; 3] = [0.06, 0.6, 1.03];
+
+/// By how much the stem of a moving valve is behind u on the mean: what a fit beside the peak has right before anything else.
+fn lag(band: f64, jump: f64) -> f64 {
+    band - 0.5 * jump
+}
 
 fn fine(fit: &[f64]) -> Vec<Vec<f64>> {
     let all = |[from, to, ratio]: [f64; 3]| {
         std::iter::successors(Some(from), move |x| Some(x * ratio)).take_while(move |x| *x <= to)
     };
-    let band = fit.first().copied().unwrap_or(0.0);
-    all(BANDS).flat_map(|part| all(JUMPS).map(move |jump| vec![part * band, jump * part * band])).collect()
+    let [band, jump] = [0, 1].map(|i| fit.get(i).copied().unwrap_or(0.0));
+    let point = |part: f64, of_band: f64| {
+        let band = part * lag(band, jump) / lag(1.0, of_band);
+        vec![band, of_band * band]
+    };
+    all(LAGS).flat_map(|part| all(JUMPS).map(move |of_band| point(part, of_band))).collect()
 }
 
 /// A valve that hardly jumps is backlash.

@@ -9,35 +9,44 @@ use crate::estimate::fit::Fit;
 use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
-use crate::physics::{Start, Starts, Term};
+use crate::physics::{Start, Term};
 use crate::simulate::actuated;
 
 use super::super::climb::{Steps, climb};
 use super::spectrum::Spectrum;
 use super::{Base, Begin, neutral, onset, orthonormal};
 
-/// Samples of the first recording that the forecast sees.
-const SEEN: usize = 6_000;
-/// Points that are run, how far apart they are as logarithms of their parameters, steps of a climb from each before it is run, and their reach.
-const RUN: usize = 16;
-const APART: f64 = 0.03;
+/// Steps of a climb from each point that is run.
 const STEPS: usize = 60;
-const REACH: f64 = 0.004;
 /// Size of the step that tells how the innovations answer, as part of u's range.
 const STEP: f64 = 0.01;
+/// Part of the squares of the innovations' answer that may be cut off.
+const NOTHING: f64 = 1e-6;
 
-/// The best points about a fit, whose last candidate is the term; none for kinds without fine points.
-pub fn about(base: &Base<'_>) -> Option<Vec<Begin>> {
+/// How much is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// Samples of the first recording that are forecast.
+    pub seen: usize,
+    /// Points that are run.
+    pub run: usize,
+    /// How far apart they are, as logarithms of their parameters.
+    pub apart: f64,
+    /// Reach of the climb to each.
+    pub reach: f64,
+}
+
+/// The best of points of the last candidate's parameters about a fit.
+pub fn about(base: &Base<'_>, points: Vec<Vec<f64>>, look: Look) -> Option<Vec<Begin>> {
     let hypothesis = &base.fit.hypothesis;
-    let Starts::Peak { fine, .. } = hypothesis.candidates().last()?.kind.search else { return None };
-    let forecast = Forecast::new(base)?;
-    let mut judged: Vec<(f64, Vec<f64>)> = fine(&forecast.term.parameters)
+    let forecast = Forecast::new(base, look.seen)?;
+    let mut judged: Vec<(f64, Vec<f64>)> = points
         .into_par_iter()
         .filter_map(|parameters| Some((forecast.squares(&parameters)?, parameters)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let climbed = apart(judged).into_par_iter().enumerate().map(|(i, (squares, parameters))| {
-        let steps = Steps { count: STEPS, reach: REACH, seed: i as u64 };
+    let climbed = apart(judged, look).into_par_iter().enumerate().map(|(i, (squares, parameters))| {
+        let steps = Steps { count: STEPS, reach: look.reach, seed: i as u64 };
         let worth = |parameters: &[f64]| Some(-forecast.squares(parameters)?);
         climb(forecast.term.kind, (parameters, -squares), steps, worth).0
     });
@@ -50,42 +59,43 @@ pub fn about(base: &Base<'_>) -> Option<Vec<Begin>> {
 }
 
 /// The best of points, none of them near another.
-fn apart(judged: Vec<(f64, Vec<f64>)>) -> Vec<(f64, Vec<f64>)> {
+fn apart(judged: Vec<(f64, Vec<f64>)>, look: Look) -> Vec<(f64, Vec<f64>)> {
     let mut kept: Vec<(f64, Vec<f64>)> = Vec::new();
     for (squares, parameters) in judged {
-        let is_near = |of: &[f64]| of.iter().zip(&parameters).all(|(a, b)| libm::log(a / b).abs() < APART);
+        let is_near =
+            |of: &[f64]| of.iter().zip(&parameters).all(|(a, b)| libm::log(a / b).abs() < look.apart);
         if !kept.iter().any(|(_, of)| is_near(of)) {
             kept.push((squares, parameters));
         }
-        if kept.len() == RUN {
+        if kept.len() == look.run {
             break;
         }
     }
     kept
 }
 
-/// How the innovations of the first recording change with what leaves the actuator.
+/// How the innovations of the first recording change with what leaves the actuator; spectra, whose sums of squares are the signals' own.
 struct Forecast {
     term: Term,
     model: Loop,
     u: Vec<f64>,
     /// What leaves it at the fit, and the innovations there.
     left: Vec<f64>,
-    z: Vec<f64>,
-    /// What the fit's other numbers can take up.
+    z: Vec<Complex<f64>>,
+    /// What the fit's other numbers can take up: real and imaginary parts in turn.
     directions: Vec<Vec<f64>>,
-    /// The innovations' answer to a unit impulse, as a spectrum.
+    /// The innovations' answer to a unit impulse.
     answer: Vec<Complex<f64>>,
     spectrum: Spectrum,
 }
 
 impl Forecast {
-    fn new(base: &Base<'_>) -> Option<Self> {
+    fn new(base: &Base<'_>, seen: usize) -> Option<Self> {
         let hypothesis = &base.fit.hypothesis;
         let model = hypothesis.realise(&base.fit.point)?.model;
         let term = model.physics.last()?.clone();
         let recording: &Signals = base.data.recordings.first()?;
-        let n = SEEN.min(*base.data.fitted.first()?).min(recording.len());
+        let n = seen.min(*base.data.fitted.first()?).min(recording.len());
         let u = recording.u.get(..n)?.to_vec();
         let spread = hypothesis.scales.u_range;
         let left = actuated(&model, &u);
@@ -106,30 +116,51 @@ impl Forecast {
         let (z, moved) = (innovations(left.clone())?, innovations(stepped.collect())?);
         let step: Vec<f64> =
             moved.iter().zip(&z).skip(middle).map(|(a, b)| (a - b) / (STEP * spread)).collect();
-        let spectrum = Spectrum::convolving(n);
-        let answer = spectrum.of(&onset::impulse_of(&step))?;
+        let answer = ended(onset::impulse_of(&step));
+        let spectrum = Spectrum::holding(n + answer.len());
+        let scaled = |x: &[f64]| -> Option<Vec<Complex<f64>>> {
+            let mut values = spectrum.of(x)?;
+            let scaled = values.iter_mut().enumerate();
+            scaled.for_each(|(place, value)| *value *= libm::sqrt(spectrum.weight(place)));
+            Some(values)
+        };
+        let (z, directions) = (scaled(&z)?, directions.iter().map(|direction| scaled(direction)));
+        let directions = directions.map(|values| Some(parts(&values?))).collect::<Option<_>>()?;
+        let answer = scaled(&answer)?;
         Some(Self { term, model, u, left, z, directions, answer, spectrum })
     }
 
-    /// How the innovations answer to other parameters.
-    fn answer_to(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+    /// The squares that are left at other parameters. The answer goes on beyond the last sample, where no innovation is known: a constant to
+    /// speak of.
+    fn squares(&self, parameters: &[f64]) -> Option<f64> {
         let mut model = self.model.clone();
         model.physics.last_mut()?.parameters = parameters.to_vec();
-        let now = actuated(&model, &self.u);
-        let change: Vec<f64> = now.iter().zip(&self.left).map(|(a, b)| a - b).collect();
-        let mut product = self.spectrum.of(&change)?;
-        product.iter_mut().zip(&self.answer).for_each(|(x, h)| *x *= h);
-        let mut answer = self.spectrum.signal(product)?;
-        answer.truncate(self.u.len());
-        Some(answer)
-    }
-
-    /// The squares that are left at other parameters.
-    fn squares(&self, parameters: &[f64]) -> Option<f64> {
-        let mut z = self.answer_to(parameters)?;
-        z.iter_mut().zip(&self.z).for_each(|(z, at_fit)| *z += at_fit);
+        let mut change = actuated(&model, &self.u);
+        change.iter_mut().zip(&self.left).for_each(|(now, at_fit)| *now -= at_fit);
+        let mut z = self.spectrum.of(&change)?;
+        z.iter_mut().zip(&self.answer).zip(&self.z).for_each(|((x, h), at_fit)| *x = *x * h + at_fit);
+        let z = parts(&z);
         let taken: f64 =
             self.directions.iter().map(|direction| dot(direction, &z)).map(|along| along * along).sum();
         Some(dot(&z, &z) - taken)
     }
+}
+
+/// An answer up to where what follows of it is nothing to speak of.
+fn ended(mut answer: Vec<f64>) -> Vec<f64> {
+    let all = dot(&answer, &answer);
+    let mut later = 0.0;
+    let last = answer.iter().rposition(|x| {
+        later += x * x;
+        later > NOTHING * all
+    });
+    answer.truncate(last.map_or(1, |last| last + 1));
+    answer
+}
+
+/// Real and imaginary parts in turn.
+fn parts(values: &[Complex<f64>]) -> Vec<f64> {
+    let mut parts = Vec::with_capacity(2 * values.len());
+    values.iter().for_each(|value| parts.extend([value.re, value.im]));
+    parts
 }

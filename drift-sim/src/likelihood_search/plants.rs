@@ -193,7 +193,8 @@ fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Op
         let mut found = super::as_file(&realised.model, realised.constant_load);
         // A load that stays is free in every fit.
         found.physics.truncate(model.physics.len());
-        loops.push(Loop { sensor: model.sensor, ..found });
+        let units = units::beside(&found.plant, &found.units);
+        loops.push(Loop { sensor: model.sensor, units, ..found });
     }
     loops
 }

@@ -32,9 +32,17 @@ pub fn suit(units: &Units, plant: &Plant) -> bool {
     }
 }
 
+/// The units beside an unknown plant: nothing tells the gain of a servo's actuator, so that its force counts as the drive that makes it.
+pub fn beside(plant: &Plant, units: &Units) -> Units {
+    match plant {
+        Plant::Servo(_) => Units { force: units.u.clone(), ..units.clone() },
+        _ => units.clone(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::suit;
+    use super::{beside, suit};
     use crate::physics::Units;
     use crate::plant::{FirstOrder, Output, Plant, Servo};
 
@@ -53,5 +61,13 @@ mod tests {
         assert_eq!(suits("1"), [true; 3]);
         assert_eq!(suits("%"), [true; 3]);
         assert!(suit(&Units::default(), &lag));
+    }
+
+    #[test]
+    fn the_force_of_an_unknown_servo_counts_as_u() {
+        let named = |of: &str| Some(of.to_owned());
+        let units = Units { u: named("V"), force: named("N"), ..Units::default() };
+        let servo = Servo { output: Output::Position, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 };
+        assert_eq!(beside(&Plant::Servo(servo), &units).force, named("V"));
     }
 }

@@ -136,7 +136,7 @@ impl<'a> Unwound<'a> {
         };
         let mut motor = Loop { plant: Plant::Servo(servo), ..model.clone() };
         // One unit of u is one unit of the drive.
-        motor.units.force = motor.units.force.or_else(|| motor.units.u.clone());
+        motor.units.force = motor.units.u.clone();
         let terms = [
             ("load_step", "level", Some(-gain.signum() * motion.offset)),
             ("coulomb_friction", "level", Some(self.level).filter(|level| *level > 0.0)),

@@ -54,6 +54,7 @@ pub mod whiten;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
+use crate::likelihood_search::loop_likelihood::loop_likelihood;
 use crate::likelihood_search::{self, Judged, options::Options};
 use crate::physics::{Place, Term};
 use crate::plant::Plant;
@@ -242,6 +243,17 @@ impl Diagnosis {
         u(fits.before).zip(u(fits.after)).is_some_and(|(before, after)| after <= before)
     }
 
+    /// Whether recordings are likelier under what was named than under another diagnosis's nominal loop, the numbers of both refitted; true where
+    /// nothing is named that a likelihood of y has in it.
+    fn is_likelier(&self, other: &Self, recordings: &[Signals], options: &Options) -> bool {
+        let has_named = self.physics.iter().any(|named| likelihood_search::is_searched(named.term.kind));
+        let of = |model: &Loop| {
+            let likelihood = loop_likelihood(model, recordings, true, options);
+            likelihood.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
+        };
+        !has_named || of(&self.improved) >= of(&other.refitted)
+    }
+
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.
     fn error_pct(&self) -> f64 {
         self.unseen_fits().after.and_then(|fit| fit.u_pct).map_or(f64::INFINITY, |u| 100.0 - u)
@@ -295,6 +307,10 @@ fn diagnose_with(
         Judged::Doubted(undecided) => {
             let other = by_prediction_error(first).ok();
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
+            // Where no loop is closed, a likelihood is all there is.
+            let all: Vec<Signals> = recordings.iter().chain(holdout).cloned().collect();
+            let is_open = nominal.controller == Controller::Recorded;
+            let other = other.filter(|found| !is_open || found.is_likelier(&undecided, &all, options));
             // What an experiment would have to tell apart has numbers in the likelihood alone.
             return Ok(match other {
                 Some(found) if found.physics.is_empty() => Diagnosis { causes: undecided.causes, ..found },
@@ -314,6 +330,11 @@ fn diagnose_with(
     // What only its noise excuses yields to whatever simulates better.
     let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
     let most_pct = (CLOSER * found.error_pct()).min(follows_pct);
+    // No simulation comes closer than noise alone does.
+    let noise_pct = found.noise_floor.and_then(|fit| fit.u_pct).map_or(0.0, |u| 100.0 - u);
+    if most_pct <= noise_pct {
+        return Ok(found);
+    }
     match by_prediction_error(first) {
         Ok(other) if other.physics.len() >= least && other.error_pct() < most_pct => Ok(other),
         _ => Ok(found),

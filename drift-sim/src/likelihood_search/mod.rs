@@ -51,6 +51,7 @@ use excitation::Shows;
 use law::Law;
 use options::Options;
 use plants::{Candidate, Identified};
+pub use rivals::is_searched;
 use rivals::{Field, Round, Sketch};
 use search::{Found, Search};
 use simulates::Trial;

@@ -2,7 +2,7 @@
 //! `amplitude*sin(2 pi x/period + phase)` against the drive. Where y is a speed, x is its integral from the start.
 
 use super::{
-    Begins, Effect, Hook, Kind, Motion, Over, Parameter, Place, Range, Signature, Starts, any_values,
+    Begins, Effect, Family, Hook, Kind, Motion, Over, Parameter, Place, Range, Signature, Starts, any_values,
     is_servo, shown,
 };
 
@@ -22,7 +22,7 @@ pub(super) static KIND: Kind = Kind {
     },
     starts,
     search: Starts::Wave(Over::Position),
-    family: None,
+    family: Some(Family::Wave),
     excitation: "Slow motion over several periods.",
     ties: &["periodic_load"],
     experiment: "Repeat the motion at half the speed: cogging keeps its period over position, a periodic load keeps it over time.",

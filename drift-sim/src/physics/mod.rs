@@ -240,6 +240,8 @@ pub enum Family {
     Play,
     /// A force that depends on the position.
     Spring,
+    /// A force that swings over time, or over the position: at a constant speed these are one.
+    Wave,
 }
 
 /// Everything that is known of one piece of physics.

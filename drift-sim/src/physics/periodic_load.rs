@@ -1,7 +1,7 @@
 //! A periodic load: `amplitude*sin(2 pi*frequency_hz*t + phase)` is subtracted from the plant's drive, t from the start of the run.
 
 use super::{
-    Begins, Effect, Hook, Kind, Over, Parameter, Place, Range, Starts, any_values, every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Over, Parameter, Place, Range, Starts, any_values, every_plant, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -24,7 +24,7 @@ pub(super) static KIND: Kind = Kind {
         vec![vec![amplitude, hz, 0.0], vec![-amplitude, hz, 0.0]]
     },
     search: Starts::Wave(Over::Time),
-    family: None,
+    family: Some(Family::Wave),
     excitation: "Several periods.",
     ties: &["cogging"],
     experiment: "Repeat at half the speed: a periodic load keeps its period over time, cogging over position.",

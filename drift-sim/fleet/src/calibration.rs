@@ -9,14 +9,14 @@ use std::sync::{Mutex, PoisonError};
 use datafusion::arrow::array::{Array, ArrayRef};
 use datafusion::arrow::datatypes::{DataType, Field, FieldRef};
 use datafusion::common::ScalarValue;
-use datafusion::error::{DataFusionError, Result};
+use datafusion::error::Result;
 use datafusion::logical_expr::function::{AccumulatorArgs, StateFieldsArgs};
 use datafusion::logical_expr::{Accumulator, AggregateUDFImpl, Signature, Volatility};
 use drift_sim::calibrate::{self, Options, Signals};
-use drift_sim::recording::{FedRecording, RowState};
+use drift_sim::recording::RowState;
 
-use crate::cells::{loop_name, text_at};
-use crate::verdict_function::{named_columns, piece};
+use crate::cells::text_at;
+use crate::loop_rows::{self, LoopRows};
 
 /// Its name in SQL.
 pub const NAME: &str = "drift_baseline";
@@ -83,10 +83,7 @@ impl AggregateUDFImpl for DriftBaseline {
     }
 
     fn return_type(&self, arguments: &[DataType]) -> Result<DataType> {
-        if arguments.len() < 5 || arguments.len() % 2 != 1 {
-            let what = format!("{NAME} takes (loop, t, r, y, u [, 'NAME', column]... ORDER BY t)");
-            return Err(DataFusionError::Plan(what));
-        }
+        loop_rows::check(NAME, &[], arguments)?;
         Ok(DataType::Utf8)
     }
 
@@ -117,9 +114,7 @@ impl std::fmt::Debug for Learner {
 
 /// A loop's healthy rows.
 struct Healthy {
-    name: String,
-    columns: Vec<String>,
-    fed: FedRecording,
+    rows: LoopRows,
     r: Vec<f64>,
     y: Vec<f64>,
     u: Vec<f64>,
@@ -128,15 +123,13 @@ struct Healthy {
 
 impl Healthy {
     fn begin(values: &[ArrayRef]) -> Result<Self> {
-        let name = values.first().map_or(Ok(String::new()), loop_name)?;
-        let (columns, options) = named_columns(values.get(1..).unwrap_or(&[]))?;
-        let fed = FedRecording::new(&name, &options).map_err(crate::to_engine)?;
-        Ok(Self { name, columns, fed, r: Vec::new(), y: Vec::new(), u: Vec::new(), state: Vec::new() })
+        let rows = LoopRows::begin(values)?;
+        Ok(Self { rows, r: Vec::new(), y: Vec::new(), u: Vec::new(), state: Vec::new() })
     }
 
     fn take(&mut self, most: usize) -> drift_sim::Result<()> {
         while self.r.len() < most
-            && let Some(sample) = self.fed.next()?
+            && let Some(sample) = self.rows.fed.next()?
         {
             self.r.push(sample.r);
             self.y.push(sample.y);
@@ -147,12 +140,12 @@ impl Healthy {
     }
 
     fn learn(mut self, request: &Request) -> drift_sim::Result<String> {
-        self.fed.finish()?;
+        self.rows.fed.finish()?;
         self.take(request.most_samples)?;
         let sample_time_s =
-            self.fed.stream().map_or(f64::NAN, drift_sim::recording::RecordingStream::sample_time_s);
+            self.rows.fed.stream().map_or(f64::NAN, drift_sim::recording::RecordingStream::sample_time_s);
         let signals = Signals {
-            name: &self.name,
+            name: &self.rows.name,
             sample_time_s,
             r: &self.r,
             y: &self.y,
@@ -161,7 +154,7 @@ impl Healthy {
             further: &[],
         };
         let learnt = calibrate::calibrate(&[signals], &request.options);
-        Ok(learnt.map_err(|e| e.in_file(&self.name))?.file.to_toml())
+        Ok(learnt.map_err(|e| e.in_file(&self.rows.name))?.file.to_toml())
     }
 }
 
@@ -188,8 +181,8 @@ impl Accumulator for Learner {
         if healthy.r.len() >= self.request.most_samples {
             return Ok(());
         }
-        let rows = piece(values.get(1..).unwrap_or(&[]), &healthy.columns)?;
-        let taken = healthy.fed.push(rows).and_then(|()| healthy.take(self.request.most_samples));
+        let rows = healthy.rows.piece(values)?;
+        let taken = healthy.rows.fed.push(rows).and_then(|()| healthy.take(self.request.most_samples));
         self.held_bytes = ROW_BYTES * healthy.r.capacity();
         if let Err(error) = taken {
             self.ended = Some(format!("{REFUSED}{error}"));
@@ -214,9 +207,7 @@ impl Accumulator for Learner {
         let Some(texts) = states.first() else { return Ok(()) };
         for row in (0..texts.len()).filter(|row| texts.is_valid(*row)) {
             if self.ended.is_some() || self.healthy.is_some() {
-                return Err(DataFusionError::Execution(format!(
-                    "{NAME} met one loop in two partitions: set datafusion.execution.target_partitions = 1, or use `drift fleet`"
-                )));
+                return Err(loop_rows::in_two_partitions(NAME));
             }
             self.ended = Some(text_at(texts, row)?);
         }

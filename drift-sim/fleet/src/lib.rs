@@ -2,7 +2,7 @@
 //!
 //! * [`samples`]: what lies in files becomes the table `samples`: loop, t, r, y, u and what says where a loop is closed.
 //! * [`session`]: a query engine with a bound on its memory that knows the functions and keeps each loop whole ([`whole_loops`]).
-//! * [`loop_run`]: one loop's monitor, told its rows batch by batch; [`verdict`] is what it ends with, [`costs`] what it costs.
+//! * [`loop_rows`]: the rows of one loop as a function is told them. [`loop_run`]: one loop's monitor, told its rows batch by batch; [`verdict`] is what it ends with, [`costs`] what it costs.
 //! * [`verdict_function`], [`block_function`]: the aggregates `drift_verdict` and `drift_block`; [`cells`] hands them Arrow's arrays.
 //! * [`baselines`]: one file a loop. [`calibration`]: learns them.
 //! * [`stretches`]: the stretches of a loop that are worth a diagnosis; [`scan`]: the aggregate `drift_stretches`.
@@ -15,6 +15,7 @@ pub mod calibration;
 pub mod cells;
 pub mod commands;
 pub mod costs;
+pub mod loop_rows;
 pub mod loop_run;
 pub mod page;
 pub mod samples;

@@ -9,11 +9,9 @@ use datafusion::common::ScalarValue;
 use datafusion::error::{DataFusionError, Result};
 use datafusion::logical_expr::function::{AccumulatorArgs, StateFieldsArgs};
 use datafusion::logical_expr::{Accumulator, AggregateUDFImpl, Signature, Volatility};
-use drift_sim::recording::FedRecording;
 
-use crate::cells::loop_name;
+use crate::loop_rows::{self, LoopRows};
 use crate::stretches::{Finder, Stretch};
-use crate::verdict_function::{named_columns, piece};
 
 /// Its name in SQL.
 pub const NAME: &str = "drift_stretches";
@@ -117,10 +115,7 @@ impl AggregateUDFImpl for DriftStretches {
     }
 
     fn return_type(&self, arguments: &[DataType]) -> Result<DataType> {
-        if arguments.len() < 5 || arguments.len() % 2 != 1 {
-            let what = format!("{NAME} takes (loop, t, r, y, u [, 'NAME', column]... ORDER BY t)");
-            return Err(DataFusionError::Plan(what));
-        }
+        loop_rows::check(NAME, &[], arguments)?;
         Ok(list_type())
     }
 
@@ -143,8 +138,7 @@ struct Searcher {
 }
 
 struct Search {
-    fed: FedRecording,
-    names: Vec<String>,
+    rows: LoopRows,
     finder: Finder,
 }
 
@@ -156,21 +150,18 @@ impl std::fmt::Debug for Searcher {
 
 impl Search {
     fn begin(values: &[ArrayRef]) -> Result<Self> {
-        let name = values.first().map_or(Ok(String::new()), loop_name)?;
-        let (names, options) = named_columns(values.get(1..).unwrap_or(&[]))?;
-        let fed = FedRecording::new(&name, &options).map_err(crate::to_engine)?;
-        Ok(Self { fed, names, finder: Finder::new() })
+        Ok(Self { rows: LoopRows::begin(values)?, finder: Finder::new() })
     }
 
     fn take(&mut self) -> drift_sim::Result<()> {
-        while let Some(sample) = self.fed.next()? {
+        while let Some(sample) = self.rows.fed.next()? {
             self.finder.sample(&sample);
         }
         Ok(())
     }
 
     fn finish(mut self) -> drift_sim::Result<Vec<Found>> {
-        self.fed.finish()?;
+        self.rows.fed.finish()?;
         self.take()?;
         Ok(self.finder.finish().0.iter().map(Found::from).collect())
     }
@@ -206,8 +197,8 @@ impl Accumulator for Searcher {
             none => none.insert(Mutex::new(Search::begin(values)?)),
         };
         let search = search.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let rows = piece(values.get(1..).unwrap_or(&[]), &search.names)?;
-        if let Err(error) = search.fed.push(rows).and_then(|()| search.take()) {
+        let rows = search.rows.piece(values)?;
+        if let Err(error) = search.rows.fed.push(rows).and_then(|()| search.take()) {
             self.ended = Some(refused(&error));
             self.search = None;
         }
@@ -219,7 +210,7 @@ impl Accumulator for Searcher {
     }
 
     fn size(&self) -> usize {
-        size_of::<Self>() + self.search.as_ref().map_or(0, |_| 8_192 + 160 * self.rows.min(10_000))
+        size_of::<Self>() + self.search.as_ref().map_or(0, |_| 8_192 + loop_rows::held_bytes(self.rows))
     }
 
     fn state(&mut self) -> Result<Vec<ScalarValue>> {
@@ -230,9 +221,7 @@ impl Accumulator for Searcher {
         let Some(lists) = states.first().and_then(|s| s.as_list_opt::<i32>()) else { return Ok(()) };
         for row in (0..lists.len()).filter(|row| lists.is_valid(*row)) {
             if self.ended.is_some() || self.search.is_some() {
-                return Err(DataFusionError::Execution(format!(
-                    "{NAME} met one loop in two partitions: set datafusion.execution.target_partitions = 1, or use `drift fleet`"
-                )));
+                return Err(loop_rows::in_two_partitions(NAME));
             }
             self.ended = Some(Found::of_list(&lists.value(row))?);
         }

@@ -13,23 +13,18 @@ use std::sync::{Mutex, PoisonError};
 use datafusion::arrow::array::{Array, ArrayRef, AsArray, StructArray};
 use datafusion::arrow::datatypes::{DataType, Field, FieldRef};
 use datafusion::common::ScalarValue;
-use datafusion::error::{DataFusionError, Result};
+use datafusion::error::Result;
 use datafusion::logical_expr::function::{AccumulatorArgs, StateFieldsArgs};
 use datafusion::logical_expr::{Accumulator, AggregateUDFImpl, Signature, Volatility};
-use drift_sim::recording::{ColumnMap, Piece, ReadOptions};
 
 use crate::baselines;
-use crate::cells::{cells, loop_name, text_at};
+use crate::cells::{loop_name, text_at};
+use crate::loop_rows::{self, named_columns, piece};
 use crate::loop_run::{LoopRun, Reports};
 use crate::verdict::Verdict;
 
 /// Its name in SQL.
 pub const NAME: &str = "drift_verdict";
-
-/// What a held row takes, bytes.
-const ROW_BYTES: usize = 160;
-/// Rows that a loop holds at most before its sampling is known.
-const HEAD_ROWS: usize = 10_000;
 
 /// The aggregate.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -66,12 +61,7 @@ impl AggregateUDFImpl for DriftVerdict {
     }
 
     fn return_type(&self, arguments: &[DataType]) -> Result<DataType> {
-        if arguments.len() < 6 || !arguments.len().is_multiple_of(2) {
-            return Err(DataFusionError::Plan(format!(
-                "{NAME} takes (baselines, loop, t, r, y, u [, 'NAME', column]... ORDER BY t), not {} arguments",
-                arguments.len()
-            )));
-        }
+        loop_rows::check(NAME, &["baselines"], arguments)?;
         Ok(DataType::Struct(Verdict::fields()))
     }
 
@@ -149,44 +139,6 @@ fn refused(error: &drift_sim::Error) -> State {
     State::Judged(Box::new(Verdict::without("error", error.to_string())))
 }
 
-/// The names of the columns t, r, y, u and those after them, and how they are read. `values` begin with t.
-pub(crate) fn named_columns(values: &[ArrayRef]) -> Result<(Vec<String>, ReadOptions)> {
-    let mut names: Vec<String> = ["t", "r", "y", "u"].map(str::to_owned).into();
-    let mut options = ReadOptions::default();
-    for pair in values.get(4..).unwrap_or(&[]).chunks_exact(2) {
-        let [name, column] = pair else { continue };
-        let name = text_at(name, 0)?;
-        if name == "t" {
-            let time = text_at(column, 0)?;
-            let pairs = [("t", time.as_str()), ("r", "r"), ("y", "y"), ("u", "u")];
-            let pairs = pairs.map(|(signal, column)| (signal.to_owned(), column.to_owned()));
-            options.columns = ColumnMap::of(pairs).map_err(crate::to_engine)?;
-            if let Some(first) = names.first_mut() {
-                *first = time;
-            }
-        } else if name.contains(['=', '<', '>', '!']) {
-            let condition: drift_sim::recording::When = name.parse().map_err(crate::to_engine)?;
-            names.push(name.split(['=', '<', '>', '!']).next().unwrap_or_default().trim().to_owned());
-            options.when.push(condition);
-        } else {
-            names.push(name);
-        }
-    }
-    Ok((names, options))
-}
-
-/// Rows as a piece of a recording.
-pub(crate) fn piece(values: &[ArrayRef], names: &[String]) -> Result<Piece> {
-    let signals = values.iter().take(4);
-    let rest = values.get(4..).unwrap_or(&[]);
-    let conditions = rest.chunks_exact(2).filter_map(|pair| match pair {
-        [name, column] if text_at(name, 0).is_ok_and(|name| name != "t") => Some(column),
-        _ => None,
-    });
-    let columns = signals.chain(conditions).zip(names);
-    columns.map(|(column, name)| Ok((name.clone(), cells(column)?))).collect()
-}
-
 impl Accumulator for Judge {
     fn update_batch(&mut self, values: &[ArrayRef]) -> Result<()> {
         let rows = values.first().map_or(0, |v| v.len());
@@ -216,7 +168,7 @@ impl Accumulator for Judge {
 
     fn size(&self) -> usize {
         let held = match self.state {
-            State::Watching { .. } => 65_536 + ROW_BYTES * self.rows.min(HEAD_ROWS),
+            State::Watching { .. } => 65_536 + loop_rows::held_bytes(self.rows),
             _ => 0,
         };
         size_of::<Self>() + held
@@ -240,10 +192,7 @@ impl Accumulator for Judge {
                 continue;
             }
             if !matches!(self.state, State::Nothing) {
-                return Err(DataFusionError::Execution(format!(
-                    "{NAME} met one loop in two partitions: set datafusion.execution.target_partitions = 1, or use `drift fleet`, \
-                     which keeps loops whole"
-                )));
+                return Err(loop_rows::in_two_partitions(NAME));
             }
             self.state = State::Judged(Box::new(Verdict::from_row(verdicts, row)?));
         }

@@ -6,6 +6,38 @@ pub mod reading;
 pub mod scan;
 pub mod sql;
 
+use datafusion::arrow::array::{Array, ArrayRef, AsArray};
+use datafusion::arrow::compute::cast;
+use datafusion::arrow::datatypes::DataType;
+use datafusion::prelude::SessionContext;
+use drift_sim::Result;
+use futures::StreamExt;
+
+use crate::from_engine;
+
+/// The loops of a query with what is read of the second column's value of each; `None` is left out.
+async fn by_loop<T>(
+    session: &SessionContext,
+    sql: &str,
+    of: impl Fn(&ArrayRef, usize) -> datafusion::error::Result<Option<T>>,
+) -> Result<Vec<(String, T)>> {
+    let query = session.sql(sql).await.map_err(|e| from_engine(&e))?;
+    let mut batches = query.execute_stream().await.map_err(|e| from_engine(&e))?;
+    let mut loops = Vec::new();
+    while let Some(batch) = batches.next().await {
+        let batch = batch.map_err(|e| from_engine(&e))?;
+        let names = cast(batch.column(0), &DataType::Utf8).map_err(|e| from_engine(&e.into()))?;
+        let names = names.as_string::<i32>();
+        for row in 0..batch.num_rows() {
+            let name = if names.is_valid(row) { names.value(row) } else { "" };
+            if let Some(value) = of(batch.column(1), row).map_err(|e| from_engine(&e))? {
+                loops.push((name.to_owned(), value));
+            }
+        }
+    }
+    Ok(loops)
+}
+
 /// The exit code of a command over loops of which these could not be judged, and a line for them.
 fn all_judged(refused: impl Iterator<Item = String>) -> std::process::ExitCode {
     let refused: Vec<String> = refused.collect();

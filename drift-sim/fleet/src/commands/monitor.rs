@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use datafusion::arrow::array::{Array, AsArray};
-use datafusion::arrow::compute::cast;
-use datafusion::arrow::datatypes::DataType;
+use datafusion::arrow::array::{ArrayRef, AsArray};
+use datafusion::error::DataFusionError;
 use datafusion::prelude::SessionContext;
 use drift_sim::{Error, Result, output, report};
-use futures::StreamExt;
 
 use super::reading::Reading;
 use crate::loop_run::Reports;
@@ -166,22 +164,13 @@ pub async fn run(arguments: &Arguments) -> Result<ExitCode> {
 /// # Errors
 /// The query fails or has other columns.
 pub async fn verdicts(session: &SessionContext, sql: &str) -> Result<Vec<(String, Verdict)>> {
-    let query = session.sql(sql).await.map_err(|e| from_engine(&e))?;
-    let mut batches = query.execute_stream().await.map_err(|e| from_engine(&e))?;
-    let mut loops = Vec::new();
-    while let Some(batch) = batches.next().await {
-        let batch = batch.map_err(|e| from_engine(&e))?;
-        let names = cast(batch.column(0), &DataType::Utf8).map_err(|e| from_engine(&e.into()))?;
-        let (Some(names), Some(verdicts)) = (names.as_string_opt::<i32>(), batch.column(1).as_struct_opt())
-        else {
-            return Err(Error::new("the query's columns are no loops and verdicts"));
-        };
-        for row in 0..batch.num_rows() {
-            let name = if names.is_valid(row) { names.value(row) } else { "" };
-            loops.push((name.to_owned(), Verdict::from_row(verdicts, row).map_err(|e| from_engine(&e))?));
-        }
-    }
-    Ok(loops)
+    let verdict = |column: &ArrayRef, row: usize| {
+        let verdicts = column
+            .as_struct_opt()
+            .ok_or_else(|| DataFusionError::Plan("the query's second column is no verdict".into()))?;
+        Verdict::from_row(verdicts, row).map(Some)
+    };
+    super::by_loop(session, sql, verdict).await
 }
 
 /// The most severe first; among those the most costly, then the farthest, then by name.

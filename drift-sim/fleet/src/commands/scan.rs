@@ -9,6 +9,7 @@ use clap::Args;
 use datafusion::arrow::array::{Array, ArrayRef, AsArray};
 use datafusion::arrow::compute::cast;
 use datafusion::arrow::datatypes::{DataType, Float64Type};
+use datafusion::error::DataFusionError;
 use datafusion::prelude::SessionContext;
 use drift_sim::recording::write_csv;
 use drift_sim::{Error, Result, output};
@@ -74,22 +75,14 @@ pub async fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 async fn stretches(session: &SessionContext, sql: &str) -> Result<Vec<(String, Vec<Found>)>> {
-    let query = session.sql(sql).await.map_err(|e| from_engine(&e))?;
-    let mut batches = query.execute_stream().await.map_err(|e| from_engine(&e))?;
-    let mut loops = Vec::new();
-    while let Some(batch) = batches.next().await {
-        let batch = batch.map_err(|e| from_engine(&e))?;
-        let names = cast(batch.column(0), &DataType::Utf8).map_err(|e| from_engine(&e.into()))?;
-        let (Some(names), Some(lists)) = (names.as_string_opt::<i32>(), batch.column(1).as_list_opt::<i32>())
-        else {
-            return Err(Error::new("the query's columns are no loops and stretches"));
-        };
-        for row in (0..batch.num_rows()).filter(|row| lists.is_valid(*row)) {
-            let found = Found::of_list(&lists.value(row)).map_err(|e| from_engine(&e))?;
-            loops.push((names.value(row).to_owned(), found));
-        }
-    }
-    Ok(loops)
+    let found = |column: &ArrayRef, row: usize| {
+        let lists = column.as_list_opt::<i32>();
+        let lists = lists.ok_or_else(|| {
+            DataFusionError::Plan("the query's second column is no list of stretches".into())
+        })?;
+        lists.is_valid(row).then(|| Found::of_list(&lists.value(row))).transpose()
+    };
+    super::by_loop(session, sql, found).await
 }
 
 fn write_line(out: &mut dyn Write, name: &str, found: &Found) -> std::io::Result<()> {

@@ -69,65 +69,38 @@ impl Baseline {
     }
 }
 
-/// A calibration: the baseline and what it was learnt from.
-#[pyclass(frozen, module = "drift._drift")]
-pub struct Calibration {
-    found: Arc<library::Calibration>,
-    recordings: Vec<Arc<recording::Recording>>,
-    shown: std::sync::OnceLock<Shown>,
-}
+/// A calibration: the baseline and how it was learnt.
+#[pyclass(frozen, extends = Shown, module = "drift._drift")]
+pub struct Calibration(Arc<library::Calibration>);
 
 #[pymethods]
 impl Calibration {
     #[getter]
     fn baseline(&self) -> Baseline {
-        Baseline(self.found.file.clone())
+        Baseline(self.0.file.clone())
     }
 
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.found.warnings.clone()
+        self.0.warnings.clone()
     }
 
     fn to_json(&self) -> PyResult<String> {
-        page::text(&self.found.to_json())
+        page::text(&self.0.to_json())
     }
 
     fn answer_json(&self) -> PyResult<String> {
-        page::text(&sentences::calibration(&self.found).to_json())
+        page::text(&sentences::calibration(&self.0).to_json())
     }
 
     fn answer(&self) -> String {
-        page::answer(&sentences::calibration(&self.found))
-    }
-
-    fn html(&self, py: Python<'_>) -> PyResult<String> {
-        self.shown(py).map(|shown| shown.html().to_owned())
-    }
-
-    fn first_screen(&self, py: Python<'_>) -> PyResult<String> {
-        self.shown(py).map(|shown| shown.first_screen().to_owned())
-    }
-
-    fn figure(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        self.shown(py)?.figure()
+        page::answer(&sentences::calibration(&self.0))
     }
 }
 
-impl Calibration {
-    fn shown(&self, py: Python<'_>) -> PyResult<&Shown> {
-        if let Some(shown) = self.shown.get() {
-            return Ok(shown);
-        }
-        let (found, recordings) = (Arc::clone(&self.found), self.recordings.clone());
-        let made = interrupt::run(py, move || {
-            let signals: Vec<Signals<'_>> =
-                recordings.iter().map(|recording| recording.as_ref().into()).collect();
-            let columns = recordings.first().map(|first| first.columns.clone()).unwrap_or_default();
-            Shown::of(found.page(&signals, &columns, String::new()))
-        })?;
-        Ok(self.shown.get_or_init(|| made))
-    }
+/// The recordings' signals.
+fn signals(recordings: &[Arc<recording::Recording>]) -> Vec<Signals<'_>> {
+    recordings.iter().map(|recording| recording.as_ref().into()).collect()
 }
 
 /// Learns what healthy looks like.
@@ -155,7 +128,7 @@ pub fn calibrate(
     saturation: Option<(f64, f64)>,
     blanking: Option<(f64, f64)>,
     confirm_hops: u16,
-) -> PyResult<Calibration> {
+) -> PyResult<Py<Calibration>> {
     let options = Options {
         window_s,
         hop_s,
@@ -178,14 +151,17 @@ pub fn calibrate(
         recordings.iter().map(|recording| Arc::clone(&recording.0)).collect();
     let learnt_from = recordings.clone();
     let found = interrupt::run(py, move || {
-        let signals: Vec<Signals<'_>> =
-            learnt_from.iter().map(|recording| recording.as_ref().into()).collect();
-        library::calibrate(&signals, &options).map_err(|error| match learnt_from.as_slice() {
+        library::calibrate(&signals(&learnt_from), &options).map_err(|error| match learnt_from.as_slice() {
             [only] => error.in_file(&only.name),
             _ => error,
         })
     })?;
-    Ok(Calibration { found: Arc::new(found), recordings, shown: std::sync::OnceLock::new() })
+    let found = Arc::new(found);
+    let of_page = Arc::clone(&found);
+    Shown::by(py, Calibration(found), move || {
+        let columns = recordings.first().map(|first| first.columns.clone()).unwrap_or_default();
+        of_page.page(&signals(&recordings), &columns, String::new())
+    })
 }
 
 const INDICES: [(&str, Index); 4] =

@@ -1,7 +1,7 @@
 //! Diagnoses.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use drift_sim::diagnosed::{Diagnosed, Question, Read};
 use drift_sim::{diagnose as library, recording, sentences};
@@ -13,51 +13,25 @@ use crate::page::{self, Shown};
 use crate::recording::Recording;
 
 /// A diagnosis.
-#[pyclass(frozen, module = "drift._drift")]
-pub struct Diagnosis {
-    found: Arc<Diagnosed>,
-    shown: OnceLock<Shown>,
-}
+#[pyclass(frozen, extends = Shown, module = "drift._drift")]
+pub struct Diagnosis(Arc<Diagnosed>);
 
 #[pymethods]
 impl Diagnosis {
     /// The document that `drift diagnose --json` writes.
     fn to_json(&self) -> PyResult<String> {
-        page::text(&self.found.json(None))
+        page::text(&self.0.json(None))
     }
 
     fn answer(&self) -> String {
-        page::answer(&sentences::diagnosis(&self.found.found, self.found.clock(), self.found.start_s()))
+        page::answer(&sentences::diagnosis(&self.0.found, self.0.clock(), self.0.start_s()))
     }
 
     /// The loop as it was diagnosed, with its own numbers refitted, and with what was found.
     #[getter]
     fn loops(&self) -> (Loop, Loop, Loop) {
-        let library::Diagnosis { nominal, refitted, improved, .. } = &self.found.found;
+        let library::Diagnosis { nominal, refitted, improved, .. } = &self.0.found;
         (Loop(nominal.clone()), Loop(refitted.clone()), Loop(improved.clone()))
-    }
-
-    fn html(&self, py: Python<'_>) -> PyResult<String> {
-        self.shown(py).map(|shown| shown.html().to_owned())
-    }
-
-    fn first_screen(&self, py: Python<'_>) -> PyResult<String> {
-        self.shown(py).map(|shown| shown.first_screen().to_owned())
-    }
-
-    fn figure(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        self.shown(py)?.figure()
-    }
-}
-
-impl Diagnosis {
-    fn shown(&self, py: Python<'_>) -> PyResult<&Shown> {
-        if let Some(shown) = self.shown.get() {
-            return Ok(shown);
-        }
-        let found = Arc::clone(&self.found);
-        let made = interrupt::run(py, move || Shown::of(found.page(String::new())))?;
-        Ok(self.shown.get_or_init(|| made))
     }
 }
 
@@ -71,7 +45,7 @@ pub fn diagnose(
     holdout: Option<&Recording>,
     healthy: Vec<PyRef<'_, Recording>>,
     guarantee: Option<f64>,
-) -> PyResult<Diagnosis> {
+) -> PyResult<Py<Diagnosis>> {
     let read = |recording: &Recording| Read {
         file: Path::new(&recording.0.name).to_owned(),
         recording: recording::Recording::clone(&recording.0),
@@ -83,6 +57,7 @@ pub fn diagnose(
         stated: model.map(|(name, model)| (name, model.0.clone())),
         guarantee,
     };
-    let found = interrupt::run(py, move || question.diagnose())?;
-    Ok(Diagnosis { found: Arc::new(found), shown: OnceLock::new() })
+    let found = Arc::new(interrupt::run(py, move || question.diagnose())?);
+    let of_page = Arc::clone(&found);
+    Shown::by(py, Diagnosis(found), move || of_page.page(String::new()))
 }

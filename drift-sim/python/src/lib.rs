@@ -35,9 +35,11 @@ mod _drift {
     #[pymodule_export]
     use crate::error::DriftError;
     #[pymodule_export]
-    use crate::monitoring::{Monitor, Monitoring, watch};
+    use crate::monitoring::{Decisions, Monitor, Monitoring, watch};
     #[pymodule_export]
     use crate::overview::{Overview, look};
+    #[pymodule_export]
+    use crate::page::Shown;
     #[pymodule_export]
     use crate::proposal::{Proposal, propose};
     #[pymodule_export]

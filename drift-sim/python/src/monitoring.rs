@@ -1,16 +1,16 @@
 //! The monitor: fed sample by sample or in arrays, and over a whole recording.
 
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use drift_core::Input;
 use drift_sim::baseline_file::{BaselineFile, PointColumns};
 use drift_sim::monitor::{self as library, Chart, Hop, Outputs, Runner, Stopped, Summary};
 use drift_sim::recording::{ColumnMap, RecordingStream};
 use drift_sim::{Error, Result, sentences};
-use numpy::ndarray::ArrayView1;
+use numpy::ndarray::{ArrayView1, s};
 use numpy::{Element, PyReadonlyArray1};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -35,20 +35,19 @@ pub struct Monitor {
 
 /// A number that a sample is made of.
 trait Number: Element + Copy + Send + Sync {
-    fn single(self) -> f32;
+    /// Many samples at once.
+    fn ticks(runner: &mut Runner, signals: [&[Self]; 3], t_s: impl Fn(usize) -> f64, each: impl FnMut(Hop));
 }
 
 impl Number for f64 {
-    #[inline]
-    fn single(self) -> f32 {
-        self as f32
+    fn ticks(runner: &mut Runner, signals: [&[Self]; 3], t_s: impl Fn(usize) -> f64, each: impl FnMut(Hop)) {
+        runner.ticks_rounded(signals, t_s, each);
     }
 }
 
 impl Number for f32 {
-    #[inline]
-    fn single(self) -> f32 {
-        self
+    fn ticks(runner: &mut Runner, signals: [&[Self]; 3], t_s: impl Fn(usize) -> f64, each: impl FnMut(Hop)) {
+        runner.ticks(signals, t_s, each);
     }
 }
 
@@ -73,32 +72,22 @@ impl Monitor {
         self.runner.tick(t_s, input)
     }
 
-    fn push_all<T: Number>(
-        &mut self,
-        r: &ArrayView1<'_, T>,
-        y: &ArrayView1<'_, T>,
-        u: &ArrayView1<'_, T>,
-        hops: &mut Vec<Hop>,
-    ) {
-        if let (Some(r), Some(y), Some(u)) = (r.to_slice(), y.to_slice(), u.to_slice()) {
-            let samples = r.iter().zip(y).zip(u);
-            hops.extend(
-                samples.filter_map(|((r, y), u)| self.tick(input(r.single(), y.single(), u.single()))),
-            );
-        } else {
-            let samples = r.iter().zip(y).zip(u);
-            hops.extend(
-                samples.filter_map(|((r, y), u)| self.tick(input(r.single(), y.single(), u.single()))),
-            );
-        }
+    /// Array views of one type and length: read where they are, or copied where they don't lie one number behind the other.
+    fn push_views<T: Number>(&mut self, signals: [ArrayView1<'_, T>; 3], hops: &mut Vec<Hop>) {
+        let signals = signals.each_ref().map(|signal| signal.as_standard_layout());
+        let slices = signals.each_ref().map(|signal| signal.as_slice().unwrap_or_default());
+        let (first, start_s, sample_time_s) = (self.samples, self.start_s, self.sample_time_s);
+        let t_s = |n: usize| start_s + (first + n as u64) as f64 * sample_time_s;
+        T::ticks(&mut self.runner, slices, t_s, |hop| hops.push(hop));
+        self.samples += slices[0].len() as u64;
     }
 
-    /// Array views of one type, pushed a part at a time.
-    fn push_views<T: Number>(
+    /// Pushes array views a part at a time, without the interpreter's lock.
+    fn push_parts<T: Number>(
         &mut self,
         py: Python<'_>,
         signals: [ArrayView1<'_, T>; 3],
-    ) -> PyResult<Vec<String>> {
+    ) -> PyResult<Decisions> {
         let length = signals[0].len();
         if signals.iter().any(|signal| signal.len() != length) {
             let [r, y, u] = signals.map(|signal| signal.len());
@@ -107,15 +96,13 @@ impl Monitor {
             ));
         }
         let mut hops = Vec::new();
-        let mut from = 0;
-        while from < length {
+        for from in (0..length).step_by(SAMPLES_AT_ONCE) {
             let to = (from + SAMPLES_AT_ONCE).min(length);
-            let [r, y, u] = signals.each_ref().map(|signal| signal.slice(numpy::ndarray::s![from..to]));
-            py.detach(|| self.push_all(&r, &y, &u, &mut hops));
+            let part = signals.each_ref().map(|signal| signal.slice(s![from..to]));
+            py.detach(|| self.push_views(part, &mut hops));
             py.check_signals()?;
-            from = to;
         }
-        hops.iter().map(line).collect()
+        Ok(Decisions(hops))
     }
 }
 
@@ -168,21 +155,37 @@ impl Monitor {
         self.tick(Input::Manual).as_ref().map(line).transpose()
     }
 
-    /// Arrays of float64 or of float32; all decisions that fall, as JSON.
+    /// Arrays of float64 or of float32; all decisions that fall.
     fn push_arrays(
         &mut self,
         py: Python<'_>,
         r: &Bound<'_, PyAny>,
         y: &Bound<'_, PyAny>,
         u: &Bound<'_, PyAny>,
-    ) -> PyResult<Vec<String>> {
+    ) -> PyResult<Decisions> {
         if let (Ok(r), Ok(y), Ok(u)) = (doubles(r), doubles(y), doubles(u)) {
-            return self.push_views(py, [r.as_array(), y.as_array(), u.as_array()]);
+            return self.push_parts(py, [r.as_array(), y.as_array(), u.as_array()]);
         }
         if let (Ok(r), Ok(y), Ok(u)) = (singles(r), singles(y), singles(u)) {
-            return self.push_views(py, [r.as_array(), y.as_array(), u.as_array()]);
+            return self.push_parts(py, [r.as_array(), y.as_array(), u.as_array()]);
         }
         Err(PyTypeError::new_err("r, y and u are arrays of one dimension, all float64 or all float32"))
+    }
+}
+
+/// Decisions in the order of time; text is made of those that somebody looks at.
+#[pyclass(frozen, module = "drift._drift")]
+pub struct Decisions(Vec<Hop>);
+
+#[pymethods]
+impl Decisions {
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    /// A decision as JSON.
+    fn line(&self, index: usize) -> PyResult<String> {
+        self.0.get(index).map_or_else(|| Err(PyIndexError::new_err("there is no such decision")), line)
     }
 }
 
@@ -195,49 +198,32 @@ fn singles<'py>(values: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f3
 }
 
 /// What the monitor found in a whole recording.
-#[pyclass(frozen, module = "drift._drift")]
-pub struct Monitoring {
+#[pyclass(frozen, extends = Shown, module = "drift._drift")]
+pub struct Monitoring(Arc<Watched>);
+
+/// A run over a recording.
+struct Watched {
     summary: Summary,
     lines: String,
     chart: Chart,
     baseline: BaselineFile,
     columns: ColumnMap,
-    shown: OnceLock<Shown>,
 }
 
 #[pymethods]
 impl Monitoring {
     /// Every decision as a line of JSON, and the summary as the last.
     fn json_lines(&self) -> &str {
-        &self.lines
+        &self.0.lines
     }
 
     fn answer(&self) -> String {
-        page::answer(&sentences::monitoring(&self.summary, &self.summary.clock()))
-    }
-
-    fn html(&self) -> PyResult<String> {
-        self.shown().map(|shown| shown.html().to_owned())
-    }
-
-    fn first_screen(&self) -> PyResult<String> {
-        self.shown().map(|shown| shown.first_screen().to_owned())
+        page::answer(&sentences::monitoring(&self.0.summary, &self.0.summary.clock()))
     }
 
     /// Signals, residuals and events.
     fn figure(&self) -> PyResult<String> {
-        page::figure(&self.chart.figure(&self.summary))
-    }
-}
-
-impl Monitoring {
-    fn shown(&self) -> PyResult<&Shown> {
-        if let Some(shown) = self.shown.get() {
-            return Ok(shown);
-        }
-        let page = library::page(&self.summary, &self.chart, &self.baseline, &self.columns, String::new());
-        let made = Shown::of(page).map_err(raised)?;
-        Ok(self.shown.get_or_init(|| made))
+        page::figure(&self.0.chart.figure(&self.0.summary))
     }
 }
 
@@ -251,13 +237,13 @@ pub fn watch(
     path: Option<PathBuf>,
     operating_point: Vec<String>,
     reading: Option<Bound<'_, PyDict>>,
-) -> PyResult<Monitoring> {
+) -> PyResult<Py<Monitoring>> {
     let baseline = baseline.0.clone();
     let columns = baseline.point_columns(&operating_point).map_err(raised)?;
     let further = columns.as_ref().map_or_else(Vec::new, |point| point.columns.clone());
     let options = reading::options(reading.as_ref(), further.clone())?;
     let recording = recording.map(|recording| Arc::clone(&recording.0));
-    interrupt::run(py, move || {
+    let watched = interrupt::run(py, move || {
         let mut stream = match (&recording, &path) {
             (Some(recording), _) => RecordingStream::from_recording(recording, &further)?,
             (None, Some(path)) => RecordingStream::open(path, &options)?,
@@ -266,6 +252,12 @@ pub fn watch(
             }
         };
         run(&mut stream, baseline, columns.as_ref())
+    })?;
+    let watched = Arc::new(watched);
+    let of_page = Arc::clone(&watched);
+    Shown::by(py, Monitoring(watched), move || {
+        let Watched { summary, chart, baseline, columns, .. } = of_page.as_ref();
+        library::page(summary, chart, baseline, columns, String::new())
     })
 }
 
@@ -273,7 +265,7 @@ fn run(
     stream: &mut RecordingStream,
     baseline: BaselineFile,
     point: Option<&PointColumns>,
-) -> Result<Monitoring> {
+) -> Result<Watched> {
     let config = baseline.config()?;
     let (mut chart, mut lines) = (Chart::new(&config), Vec::new());
     let outputs =
@@ -284,5 +276,5 @@ fn run(
     })?;
     let lines = String::from_utf8(lines).map_err(|e| Error::new(format!("JSON can't be written: {e}")))?;
     let columns = stream.columns().clone();
-    Ok(Monitoring { summary, lines, chart, baseline, columns, shown: OnceLock::new() })
+    Ok(Watched { summary, lines, chart, baseline, columns })
 }

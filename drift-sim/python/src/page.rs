@@ -1,14 +1,18 @@
 //! What every result shows: its answer, its page, and the figure that proves it.
 
+use std::sync::{Arc, OnceLock};
+
 use drift_sim::plot::Figure;
 use drift_sim::report::{self, Page};
 use drift_sim::sentences::Answer;
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result};
+use pyo3::PyClass;
 use pyo3::prelude::*;
 use serde_json::Value;
 
 use crate::error::raised;
+use crate::interrupt;
 
 /// Points that a line of a figure keeps.
 const MOST_POINTS: usize = 32_768;
@@ -29,35 +33,66 @@ pub fn answer(answer: &Answer) -> String {
     Terminal { width: 80, colour: false, ..Terminal::here() }.answer(answer)
 }
 
-/// A page, made when it is first asked for: its charts may take simulations.
+/// What every result shows: its page and the figure that proves it. The page is made when it is first asked for: its charts may take
+/// simulations.
+#[pyclass(frozen, subclass, module = "drift._drift")]
 pub struct Shown {
-    html: String,
-    first_screen: String,
-    figure: Option<Figure>,
+    page: Arc<dyn Fn() -> Page + Send + Sync>,
+    made: OnceLock<Made>,
 }
 
-impl Shown {
-    /// Writes the page.
-    pub fn of(page: Page) -> Result<Self> {
+/// A page that was made.
+struct Made {
+    html: String,
+    first_screen: String,
+    proof: Option<Figure>,
+}
+
+impl Made {
+    fn of(page: Page) -> Result<Self> {
         Ok(Self {
             html: page.to_html()?,
             first_screen: page.first_screen(),
-            figure: page.proof.map(|proof| proof.figure),
+            proof: page.proof.map(|proof| proof.figure),
         })
     }
+}
 
+impl Shown {
+    /// A result that shows this page.
+    pub fn by<T: PyClass<BaseType = Self>>(
+        py: Python<'_>,
+        result: T,
+        page: impl Fn() -> Page + Send + Sync + 'static,
+    ) -> PyResult<Py<T>> {
+        let shown = Self { page: Arc::new(page), made: OnceLock::new() };
+        Py::new(py, PyClassInitializer::from(shown).add_subclass(result))
+    }
+
+    fn made(&self, py: Python<'_>) -> PyResult<&Made> {
+        if let Some(made) = self.made.get() {
+            return Ok(made);
+        }
+        let page = Arc::clone(&self.page);
+        let made = interrupt::run(py, move || Made::of(page()))?;
+        Ok(self.made.get_or_init(|| made))
+    }
+}
+
+#[pymethods]
+impl Shown {
     /// The whole page.
-    pub fn html(&self) -> &str {
-        &self.html
+    fn html(&self, py: Python<'_>) -> PyResult<&str> {
+        self.made(py).map(|made| made.html.as_str())
     }
 
     /// Its first screen.
-    pub fn first_screen(&self) -> &str {
-        &self.first_screen
+    fn first_screen(&self, py: Python<'_>) -> PyResult<&str> {
+        self.made(py).map(|made| made.first_screen.as_str())
     }
 
     /// Its proof, as JSON.
-    pub fn figure(&self) -> PyResult<Option<String>> {
-        self.figure.as_ref().map(figure).transpose()
+    fn figure(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        self.made(py)?.proof.as_ref().map(figure).transpose()
     }
 }

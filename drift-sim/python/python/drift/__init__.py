@@ -19,7 +19,7 @@ from ._diagnosis import Diagnosis, Finding, Number, diagnose
 from ._drift import DriftError
 from ._loop import Loop
 from ._look import Overview, look
-from ._monitoring import Channel, Decision, Event, Monitor, Monitoring, monitor
+from ._monitoring import Channel, Decision, Decisions, Event, Monitor, Monitoring, monitor
 from ._plant import Plant, from_system, to_control, to_scipy
 from ._proposal import Proposal, init
 from ._recording import Recording
@@ -33,6 +33,7 @@ __all__ = [
     "Channel",
     "ChannelLine",
     "Decision",
+    "Decisions",
     "Design",
     "Diagnosis",
     "DriftError",

@@ -119,6 +119,34 @@ class Decision:
         return f"<Decision {self.hop}: {self.verdict}, {self.from_s:g} to {self.to_s:g} s>"
 
 
+class Decisions(Sequence[Decision]):
+    """Decisions in the order of time, read like a list; text is made of those that are looked at."""
+
+    _inner: _drift.Decisions
+
+    def __init__(self, inner: _drift.Decisions) -> None:
+        self._inner = inner
+
+    def __len__(self) -> int:
+        """How many they are."""
+        return len(self._inner)
+
+    @overload
+    def __getitem__(self, index: int) -> Decision: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Decision]: ...
+    def __getitem__(self, index: int | slice) -> Decision | list[Decision]:
+        """One of them, or a list of several."""
+        places = range(len(self))[index]
+        if isinstance(places, range):
+            return [Decision(self._inner.line(place)) for place in places]
+        return Decision(self._inner.line(places))
+
+    def __repr__(self) -> str:
+        """In one line."""
+        return f"<Decisions: {len(self)}>"
+
+
 def _channel(fields: dict[str, Any]) -> Channel:
     numbers = {name: _number(fields[name]) for name in ("x", "value", "residual", "z")}
     return Channel(
@@ -182,8 +210,8 @@ class Monitor:
     @overload
     def push(
         self, r: Sequence[float] | NDArray[Any], y: Sequence[float] | NDArray[Any], u: Sequence[float] | NDArray[Any]
-    ) -> list[Decision]: ...
-    def push(self, r: Any, y: Any, u: Any) -> Decision | None | list[Decision]:
+    ) -> Decisions: ...
+    def push(self, r: Any, y: Any, u: Any) -> Decision | None | Decisions:
         """One sample, or arrays of samples one after the other.
 
         Arrays of float64 and of float32 are read where they are, without a copy; NaN is missing.
@@ -195,8 +223,8 @@ class Monitor:
 
         Returns
         -------
-        Decision or None, or a list of Decision
-            Of one sample, the decision where one falls; of arrays, all that fall.
+        Decision or None, or Decisions
+            Of one sample, the decision where one falls; of arrays, all that fall, read like a list.
         """
         if isinstance(r, float | int):
             line = self._inner.push(r, y, u)
@@ -204,7 +232,7 @@ class Monitor:
         signals = [_array(signal) for signal in (r, y, u)]
         if any(signal.dtype != signals[0].dtype for signal in signals):
             signals = [signal.astype(np.float64) for signal in signals]
-        return [Decision(line) for line in self._inner.push_arrays(*signals)]
+        return Decisions(self._inner.push_arrays(*signals))
 
     def push_manual(self) -> Decision | None:
         """One sample with the loop in manual: it enters no sum."""

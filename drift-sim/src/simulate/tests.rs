@@ -542,3 +542,42 @@ fn the_straight_path_is_the_general_one_to_the_last_bit() {
         }
     }
 }
+
+/// Against the general path: also where r is zero of either sign, tiny, so large that u is clipped or infinite, or no number.
+#[test]
+fn the_shortest_path_is_the_general_one_to_the_last_bit() {
+    let limited = Limits { u_min: -2.0, u_max: 9.0 };
+    let zeros = [0.0, -0.0, 5e-324, -5e-324, 1e-310, 0.0];
+    let usual = Reference::random(0.1, 1.0, 20, 3).take_samples(500);
+    let extreme = [1e300, -1e300, 1.0, f64::INFINITY, 1.0, f64::NAN, 0.0];
+    for (limits, start) in [(Limits::NONE, 0.0), (Limits::NONE, -0.0), (limited, 0.0)] {
+        for extremes in [0, 3, 5, 7] {
+            let law = Pi { kp: 30.0, ki: 10.0, limits, anti_windup: true };
+            let model = Loop { controller: Controller::Pi(law), ..Loop::paper() };
+            let (mut general, mut stepped) =
+                (Simulation::new(&model, 1).unwrap(), Simulation::new(&model, 1).unwrap());
+            for simulation in [&mut general, &mut stepped] {
+                simulation.body.state_mut().fill(start);
+            }
+            let mut run = stepped.clone();
+            let wide = extreme.iter().take(extremes);
+            let reference: Vec<f64> = zeros.iter().chain(&usual).chain(wide).chain(&usual).copied().collect();
+            run.change();
+            assert!(run.direct.is_some());
+            let room = || vec![0.0; reference.len()];
+            let mut trace = Trace { y: room(), u: room(), true_y: Vec::new() };
+            run.straight_run(&reference, &mut trace);
+            for (n, r) in reference.iter().enumerate() {
+                let (wanted, got) = (general.general_step(*r, &[]), stepped.step(*r, &[]));
+                // Which NaN it is says nothing.
+                let bits = |x: f64| if x.is_nan() { None } else { Some(x.to_bits()) };
+                let of = |step: Step| [step.y, step.u, step.true_y, step.drive].map(bits);
+                assert_eq!(of(got), of(wanted), "sample {n}");
+                assert_eq!([trace.y[n], trace.u[n]].map(bits), [wanted.y, wanted.u].map(bits), "{n}");
+                let states =
+                    [&stepped, &general].map(|s| s.state().iter().map(|x| bits(*x)).collect::<Vec<_>>());
+                assert_eq!(states[0], states[1], "sample {n}");
+            }
+        }
+    }
+}

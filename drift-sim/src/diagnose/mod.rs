@@ -330,9 +330,9 @@ fn diagnose_with(
     // What only its noise excuses yields to whatever simulates better.
     let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
     let most_pct = (CLOSER * found.error_pct()).min(follows_pct);
-    // No simulation comes closer than noise alone does.
+    // No simulation comes closer than noise alone does. Where something is missing, what was not found may count as noise.
     let noise_pct = found.noise_floor.and_then(|fit| fit.u_pct).map_or(0.0, |u| 100.0 - u);
-    if most_pct <= noise_pct {
+    if found.verdict == Verdict::NoMismatch && most_pct <= noise_pct {
         return Ok(found);
     }
     match by_prediction_error(first) {

@@ -24,7 +24,6 @@ mod monitor;
 mod monitor_command;
 mod operating_point;
 mod outputs;
-mod parquet_rows;
 mod plain_rows;
 mod plan_command;
 mod plot_figures;

@@ -142,6 +142,9 @@ async fn a_loop_that_cannot_be_judged_says_why_and_the_others_are_judged() {
     );
 }
 
+/// How often two halves are asked for: of some eight times one is whole by chance.
+const ASKED: usize = 20;
+
 /// The other way to the same samples: a session without the rule that keeps loops whole.
 #[tokio::test]
 async fn two_halves_of_a_loop_are_refused_and_not_judged() {
@@ -162,8 +165,18 @@ async fn two_halves_of_a_loop_are_refused_and_not_judged() {
     plain.register_udaf(AggregateUDF::from(drift_fleet::verdict_function::DriftVerdict::new()));
     let source = Source { paths: vec![first, second], loop_column: "tag".into(), ..Source::default() };
     let found = source.register(&plain).await.unwrap();
-    let asked = verdicts(&plain, &sql(&baselines, &found)).await;
-    assert!(asked.unwrap_err().to_string().contains("met one loop in two partitions"));
+    // The engine may hand both files to one of its threads: then the loop is whole, and judged as a whole.
+    let mut refused = 0;
+    for _ in 0..ASKED {
+        match verdicts(&plain, &sql(&baselines, &found)).await {
+            Ok(loops) => assert_eq!(loops[0].1.samples, SAMPLES as i64),
+            Err(error) => {
+                assert!(error.to_string().contains("met one loop in two partitions"), "{error}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 0);
     // With the rule the same halves are one loop.
     let whole = session::session(&Engine { threads: 2, ..Engine::default() }, None).unwrap();
     let found = source.register(&whole).await.unwrap();

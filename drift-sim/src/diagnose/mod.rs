@@ -308,9 +308,9 @@ fn diagnose_with(
             let other = by_prediction_error(first).ok();
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
             // Where no loop is closed, a likelihood is all there is.
-            let all: Vec<Signals> = recordings.iter().chain(holdout).cloned().collect();
             let is_open = nominal.controller == Controller::Recorded;
-            let other = other.filter(|found| !is_open || found.is_likelier(&undecided, &all, options));
+            let all = || recordings.iter().chain(holdout).cloned().collect::<Vec<Signals>>();
+            let other = other.filter(|found| !is_open || found.is_likelier(&undecided, &all(), options));
             // What an experiment would have to tell apart has numbers in the likelihood alone.
             return Ok(match other {
                 Some(found) if found.physics.is_empty() => Diagnosis { causes: undecided.causes, ..found },

@@ -7,12 +7,15 @@ use rayon::prelude::*;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
-use crate::physics::{Kind, Start};
+use crate::physics::{Kind, Start, Starts};
 
 use super::climb::{Steps, climb};
 use super::rivals::stuck;
-use super::starts::{needles, needles_at_the_top};
+use super::starts::{Look, needles};
 
+/// At points all about a fit, and at those of its very top.
+const ALL_ABOUT: Look = Look { seen: 6_000, run: 16, apart: 0.03, reach: 0.004 };
+const AT_THE_TOP: Look = Look { seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
 /// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
 const AGAIN: usize = 3;
 const POINTS: usize = 3;
@@ -38,7 +41,7 @@ pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
     let fixed = stuck(&fit.hypothesis);
     for _ in 0..AGAIN {
         let before = fit.objective();
-        for begin in needles(&fit, data).into_iter().take(POINTS) {
+        for begin in needles(&fit, data, all_about(&fit), ALL_ABOUT).into_iter().take(POINTS) {
             let Some(mut near) = Fit::at(&begin.hypothesis, &begin.point, data) else { continue };
             near.descend(data, LONG, &fixed);
             if near.objective() < fit.objective() {
@@ -61,6 +64,15 @@ pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
     }
 }
 
+/// The points all about a fit of which its kind's peak may be one.
+fn all_about(fit: &Fit) -> Vec<Vec<f64>> {
+    let search = fit.hypothesis.candidates().last().map(|term| term.kind.search);
+    match (search, parameters(fit)) {
+        (Some(Starts::Peak { fine, .. }), Some(parameters)) => fine(&parameters),
+        _ => Vec::new(),
+    }
+}
+
 /// Fits at other peaks of the top, the likeliest first: a needle's top has many, some per cent of its numbers apart.
 pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
     if stuck(&fit.hypothesis).is_empty() {
@@ -68,7 +80,7 @@ pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
     }
     let Some(top) = parameters(fit) else { return Vec::new() };
     let points = drawn(&top, LOOKED_AT, |_| TOP_REACH);
-    let begins = needles_at_the_top(fit, data, points);
+    let begins = needles(fit, data, points, AT_THE_TOP);
     let Some(tangent) = fit.tangent(data, &stuck(&fit.hypothesis)) else { return Vec::new() };
     let slid = begins.into_par_iter().filter_map(|begin| {
         let mut near = Fit::at(&begin.hypothesis, &begin.point, data)?;

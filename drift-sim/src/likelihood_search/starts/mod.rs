@@ -14,7 +14,7 @@ use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::{Cache, Data, Rows, rows};
 use crate::physics::{Kind, Over, Starts, Term};
 
-use forecast::Look;
+pub use forecast::Look;
 
 /// A point to begin at.
 #[derive(Debug, Clone)]
@@ -134,33 +134,9 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
     found
 }
 
-/// At points all about a fit, and at those of its very top.
-const ALL_ABOUT: Look = Look { seen: 6_000, run: 16, apart: 0.03, reach: 0.004 };
-const AT_THE_TOP: Look = Look { seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
-
-/// Points about a fit whose last candidate has a likelihood as narrow as a needle, the best first; none of other kinds.
-pub fn needles(fit: &Fit, data: &Data) -> Vec<Begin> {
-    let points = |term: &Term| match term.kind.search {
-        Starts::Peak { fine, .. } => fine(&term.parameters),
-        _ => Vec::new(),
-    };
-    needles_among(fit, data, points, ALL_ABOUT)
-}
-
-/// The same among points that are given, at its very top.
-pub fn needles_at_the_top(fit: &Fit, data: &Data, points: Vec<Vec<f64>>) -> Vec<Begin> {
-    needles_among(fit, data, |_| points, AT_THE_TOP)
-}
-
-fn needles_among(
-    fit: &Fit,
-    data: &Data,
-    points: impl FnOnce(&Term) -> Vec<Vec<f64>>,
-    look: Look,
-) -> Vec<Begin> {
+/// The best of points of the last candidate's parameters about a fit whose likelihood is as narrow as a needle, the best first.
+pub fn needles(fit: &Fit, data: &Data, points: Vec<Vec<f64>>, look: Look) -> Vec<Begin> {
     let Some(base) = Base::new(fit, data) else { return Vec::new() };
-    let term = fit.hypothesis.realise(&fit.point).and_then(|realised| realised.model.physics.last().cloned());
-    let points = term.map(|term| points(&term)).unwrap_or_default();
     let mut found = forecast::about(&base, points, look).unwrap_or_default();
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     found

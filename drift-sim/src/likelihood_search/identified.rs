@@ -4,7 +4,6 @@ use crate::control_loop::Loop;
 use crate::diagnose::Refitted;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
-use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
 use crate::plant::Role;
 
@@ -32,19 +31,19 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
             let realised = plant.nominal.hypothesis.realise(&plant.nominal.point)?;
             Some(IdentifiedPlant {
                 model: super::as_file(&realised.model, realised.constant_load),
-                numbers: numbers(&plant.nominal, &plant.data),
+                numbers: numbers(&plant.nominal, &interval::half_widths(&plant.nominal, &plant.data)),
                 likelihood_lost: 0.5 * (plant.nominal.objective() + plant.cost() - least),
             })
         })
         .collect()
 }
 
-/// The plant's numbers of a fit and the load that stays, which an offset takes in where the plant has one; with where they came from.
-pub(super) fn numbers(fit: &Fit, data: &Data) -> Vec<Refitted> {
-    let widths = interval::half_widths(fit, data);
+/// The plant's numbers of a fit and the load that stays, which an offset takes in where the plant has one; with where they came from and their
+/// half widths, which are given for all numbers of the fit.
+pub(super) fn numbers(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
     let offset = fit.hypothesis.numbers.iter().find(|number| number.role == Role::Offset);
     let rows = fit.hypothesis.free.iter().zip(&fit.point.x).zip(widths);
-    rows.filter_map(|((free, x), half_width)| {
+    rows.filter_map(|((free, x), &half_width)| {
         let value = free.value(*x);
         let (name, nominal, value) = match (free.target, offset) {
             (Target::ConstantLoad, Some(offset)) => {

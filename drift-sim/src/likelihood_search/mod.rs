@@ -28,7 +28,7 @@ pub(crate) mod rivals;
 mod search;
 pub(crate) mod simulates;
 mod starts;
-mod units;
+pub(crate) mod units;
 mod unseen;
 
 use crate::control_loop::Loop;
@@ -291,7 +291,8 @@ impl Conclusion<'_> {
             holdout_errors: f64::INFINITY,
         }));
         improved.physics.extend(self.result.quantum.clone());
-        physics.extend(self.named(best));
+        let widths = interval::half_widths(best, self.data);
+        physics.extend(self.named(best, &widths));
         let fits = |fit: &dyn Fn(&Loop) -> Option<FitPct>| Fits {
             nominal: fit(&nominal),
             before: fit(&refitted),
@@ -299,7 +300,7 @@ impl Conclusion<'_> {
         };
         let train_fits = fits(&|model| fit_pct(model, train));
         let holdout_fits = self.unseen.map(|unseen| fits(&|model| unseen.fit(model))).unwrap_or_default();
-        let parameters = self.parameters(best);
+        let parameters = self.parameters(best, &widths);
         let other_numbers = !self.law.numbers.is_empty()
             || (!self.is_guessed && self.numbers_are_other(base, &train_fits, &holdout_fits));
         let verdict = self.verdict(&physics, other_numbers);
@@ -378,11 +379,7 @@ impl Conclusion<'_> {
     }
 
     /// What the search named, with intervals.
-    fn named(&self, best: &Fit) -> Vec<Named> {
-        if self.result.named.is_empty() {
-            return Vec::new();
-        }
-        let widths = interval::half_widths(best, self.data);
+    fn named(&self, best: &Fit, widths: &[f64]) -> Vec<Named> {
         let Some(realised) = best.hypothesis.realise(&best.point) else { return Vec::new() };
         let mut all: Vec<Named> = self
             .result
@@ -427,8 +424,8 @@ impl Conclusion<'_> {
     }
 
     /// The plant's numbers and the load that stays, before and after; then those of the law.
-    fn parameters(&self, best: &Fit) -> Vec<Refitted> {
-        let mut rows = identified::numbers(best, self.data);
+    fn parameters(&self, best: &Fit, widths: &[f64]) -> Vec<Refitted> {
+        let mut rows = identified::numbers(best, widths);
         rows.extend(self.law.numbers.iter().map(|(name, nominal, value)| Refitted {
             name: name.clone(),
             nominal: *nominal,

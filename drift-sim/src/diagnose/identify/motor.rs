@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use crate::control_loop::Loop;
+use crate::likelihood_search::units;
 use crate::physics::Term;
 use crate::plant::{Output, Plant, Servo};
 
@@ -135,8 +136,7 @@ impl<'a> Unwound<'a> {
             actuator_gain: gain.signum(),
         };
         let mut motor = Loop { plant: Plant::Servo(servo), ..model.clone() };
-        // One unit of u is one unit of the drive.
-        motor.units.force = motor.units.u.clone();
+        motor.units = units::beside(&motor.plant, &motor.units);
         let terms = [
             ("load_step", "level", Some(-gain.signum() * motion.offset)),
             ("coulomb_friction", "level", Some(self.level).filter(|level| *level > 0.0)),

@@ -2,6 +2,7 @@
 //! truth is what was put in. (An independent simulator: `.ci/cases`.)
 
 use drift_sim::control_loop::Loop;
+use drift_sim::controller::Controller;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Named, Verdict, diagnose, diagnose_since};
 use drift_sim::likelihood_search::options::Options;
@@ -119,6 +120,43 @@ fn kinds_of_physics() {
         ("backlash", vec![("width", 4.0)], 0.0),
     ] {
         assert_found(OVEN, kind, &parameters, onset_s);
+    }
+}
+
+const POSITION: &str = "[loop]\nsample_time_s = 0.002\n[units]\nr = \"m\"\ny = \"m\"\nu = \"V\"\nforce = \"N\"\n\
+    [controller]\nkind = \"p-velocity\"\nkp = 20.0\nkv = 60.0\n\
+    [plant]\nkind = \"servo\"\noutput = \"position\"\ninertia = 40.0\nviscous = 330.0\nactuator_gain = 14.0\n[sensor]\nnoise = 1e-6\n";
+
+/// What one step of the set-point tells of an unknown law's loop: few waves of a rail, travelled unevenly; heat that radiates, along a valley of the
+/// likelihood that bends; a sensor that drifts beside a plant of which nothing is known, and whose random load would take the drift up.
+#[test]
+#[ignore = "slow: three diagnoses"]
+fn what_shows_in_one_step() {
+    let cogging = ("cogging", vec![("amplitude", 16.0), ("period", 0.034), ("phase", 0.4)], 0.0);
+    let radiation = ("radiation", vec![("coefficient", 2.3e-9)], 0.0);
+    let drift = ("sensor_drift", vec![("rate_per_s", 0.002), ("noise_growth_per_s", 0.0)], 900.0);
+    for (text, levels, is_known, (kind, parameters, onset_s)) in [
+        (POSITION, [0.0, 0.1], true, cogging),
+        (OVEN, [30.0, 70.0], true, radiation),
+        (FLOW, [50.0, 60.0], false, drift),
+    ] {
+        let truth = Loop::parse(text, "loop.toml").unwrap();
+        let left_out = Term::new(kind, &parameters).unwrap().from_s(onset_s);
+        let recorded = |seed: u64| {
+            let truth = Loop { physics: vec![left_out.clone()], ..truth.clone() };
+            let r: Vec<f64> = (0..6000).map(|n| levels[usize::from(n >= 2000)]).collect();
+            let trace = simulate(&truth, &r, &[], seed, None).unwrap();
+            let state = vec![RowState::Valid; r.len()];
+            let sample_time_s = truth.sample_time_s;
+            let recording =
+                Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+            Signals::new(&recording, &truth).unwrap()
+        };
+        let known = if is_known { stated(text) } else { Loop { plant: Plant::Identify, ..stated(text) } };
+        let known = Loop { controller: Controller::Recorded, ..known };
+        let found = diagnose(&[recorded(1)], Some(&recorded(2)), &known).unwrap();
+        let named = found.physics.first().unwrap_or_else(|| panic!("{kind}: {:?}", found.candidates));
+        assert!(named.term.kind.name == kind || named.tied.contains(&kind), "{kind}: {:?}", found.physics);
     }
 }
 

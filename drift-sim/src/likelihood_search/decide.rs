@@ -3,7 +3,7 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
-use crate::physics::{Kind, Starts};
+use crate::physics::{Family, Kind, Starts};
 
 use super::options::Options;
 use super::rivals::Field;
@@ -21,6 +21,10 @@ pub struct Scored {
     pub place: usize,
     /// The kind.
     pub kind: &'static Kind,
+    /// Its family on the plant.
+    pub family: Option<Family>,
+    /// Its free numbers, an onset that is searched for apart.
+    pub numbers: usize,
     /// Log-likelihood that it gains over the base, independent samples counting alone.
     pub gain: f64,
     /// The same less the cost of its numbers.
@@ -48,11 +52,14 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
         .enumerate()
         .map(|(place, rival)| {
             let gain = share * field.gain(rival);
+            let last = rival.fit.hypothesis.candidates().len() - 1;
             Scored {
                 place,
                 kind: rival.kind,
+                family: rival.kind.family_on(&rival.fit.hypothesis.model.plant),
+                numbers: rival.fit.hypothesis.places_of(last).len(),
                 gain,
-                score: gain - cost(&rival.fit, rival.fit.hypothesis.candidates().len() - 1, samples),
+                score: gain - cost(&rival.fit, last, samples),
             }
         })
         .collect();
@@ -63,11 +70,10 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     };
     // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
     // makes a kind likelier by itself.
-    let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
-    let numbers = |s: &Scored| s.kind.parameters.len();
+    let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
     // Of one family two kinds differ by what a model that is not exact may get wrong.
     let inexact = 2.0 * (options.least_share * best.gain).max(options.margin);
-    let family_margin = |s: &Scored| if numbers(s) < numbers(&best) { options.margin } else { inexact };
+    let family_margin = |s: &Scored| if s.numbers < best.numbers { options.margin } else { inexact };
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
@@ -80,12 +86,11 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
 /// What is left where these kinds are, the best first: one of them is named where all are of one family.
 pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
     let Some(best) = near.first() else { return Decision { scored, ..Decision::default() } };
-    let is_related = |s: &Scored| s.kind.family.is_some() && s.kind.family == best.kind.family;
-    let numbers = |s: &Scored| s.kind.parameters.len();
+    let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
     let one_family = near.iter().all(|s| s.kind == best.kind || is_related(s));
     let set = near.iter().map(|s| s.kind).collect();
     // Of a family the simplest is named.
-    let simplest = near.iter().min_by(|a, b| numbers(a).cmp(&numbers(b)).then(b.score.total_cmp(&a.score)));
+    let simplest = near.iter().min_by(|a, b| a.numbers.cmp(&b.numbers).then(b.score.total_cmp(&a.score)));
     let named = simplest.filter(|_| one_family).map(|named| {
         let tied = near.iter().filter(|s| s.kind != named.kind).map(|s| s.kind.name).collect();
         (named.place, tied)

@@ -414,7 +414,7 @@ impl Conclusion<'_> {
             Verdict::MissingPhysics
         } else if !self.result.set.is_empty() && self.result.is_proven {
             Verdict::Located
-        } else if other_numbers {
+        } else if other_numbers && self.result.set.is_empty() {
             Verdict::Parameters
         } else if !self.result.set.is_empty() || self.result.predicted < TELLS {
             Verdict::Undecided

@@ -33,7 +33,7 @@ impl Default for Options {
             least_gain: 4.0,
             least_share: 0.01,
             margin: 5.0,
-            seen_of_holdout: 0.3,
+            seen_of_holdout: 0.5,
             seen_of_recording: 0.7,
             most_samples: 150_000,
             most_terms: 3,

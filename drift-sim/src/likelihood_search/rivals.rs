@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::estimate::fit::{Fit, SLID_GAIN, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
-use crate::physics::{KINDS, Kind, Parameter, Place, Start, Starts};
+use crate::physics::{KINDS, Kind, Parameter, Place, Scales, Start, Starts};
 use crate::stage;
 
 use super::decide::cost_of;
@@ -199,6 +199,7 @@ fn short_fit(bases: &[Base<'_>], kind: &'static Kind, data: &Data, must_promise:
 
 fn from_base(base: &Base<'_>, kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
     let duration = data.recordings.first()?.duration_s();
+    let most = if moves_the_plant(kind, &base.fit.hypothesis.scales) { usize::MAX } else { STARTS };
     let mut best: Option<Fit> = None;
     let mut tried: Vec<f64> = Vec::new();
     for begin in begins(base, kind).into_iter().filter(|begin| !must_promise || begin.score > PROMISES) {
@@ -208,16 +209,24 @@ fn from_base(base: &Base<'_>, kind: &'static Kind, data: &Data, must_promise: bo
         }
         tried.push(begin.onset_s);
         best = better(best, tried_from(base, &begin, kind, data));
-        if tried.len() == STARTS {
+        if tried.len() == most {
             break;
         }
     }
     best
 }
 
-/// A fit from a start. A wave's length is too far from linear for a slide.
+/// Whether a kind's starts move the plant's numbers with its own: what the base's numbers can't follow along a straight line.
+fn moves_the_plant(kind: &Kind, scales: &Scales) -> bool {
+    match kind.search {
+        Starts::Grid(points) => points(scales).iter().any(|start| start.gain != 0.0 || start.time != 0.0),
+        _ => false,
+    }
+}
+
+/// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant.
 fn tried_from(base: &Base<'_>, begin: &Begin, kind: &Kind, data: &Data) -> Option<Fit> {
-    if !matches!(kind.search, Starts::Wave(_)) {
+    if !matches!(kind.search, Starts::Wave(_)) && !moves_the_plant(kind, &base.fit.hypothesis.scales) {
         return base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
     }
     let mut fit = Fit::at(&begin.hypothesis, &begin.point, data)?;

@@ -2,7 +2,8 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -22,7 +23,7 @@ pub(super) static KIND: Kind = Kind {
         })
     },
     search: Starts::Onset(Weight::Drive),
-    family: None,
+    family: Some(Family::Offset),
     excitation: "Any motion or load that costs effort.",
     ties: &["inertia_change", "viscous_friction", "controller_gain"],
     experiment: "Apply a known load or payload: it anchors the scale of the force.",

@@ -2,7 +2,8 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, Weight, any_values, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, Weight,
+    any_values, shown,
 };
 use crate::plant::Plant;
 
@@ -16,7 +17,7 @@ pub(super) static KIND: Kind = Kind {
     effect: |p, _| Box::new(Leak { coefficient: p[0] }),
     starts: |s| singles(Signature::or_fractions(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
     search: Starts::Onset(Weight::Output),
-    family: None,
+    family: Some(Family::Offset),
     excitation: "Holding at two or more levels.",
     ties: &["radiation", "gain_loss", "load_step"],
     experiment: "Hold three levels far apart: a leak's extra effort is proportional to the level.",

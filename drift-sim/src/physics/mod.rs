@@ -230,7 +230,7 @@ impl Parameter {
 pub enum Family {
     /// Dry friction, whatever it depends on.
     Friction,
-    /// An offset of sensor or load.
+    /// An offset of sensor or load; at a constant u a loss of gain is one, and at a constant y a leak.
     Offset,
     /// A ramp of sensor or load.
     Ramp,
@@ -264,7 +264,7 @@ pub struct Kind {
     pub starts: fn(&Signature) -> Vec<Vec<f64>>,
     /// Where a search of the likelihood begins.
     pub search: Starts,
-    /// Which kinds it often can't be told from.
+    /// Which kinds it often can't be told from; see [`Kind::family_on`].
     pub family: Option<Family>,
     /// What a recording must contain for the term to show.
     pub excitation: &'static str,
@@ -298,6 +298,14 @@ impl Kind {
     /// The play between the plant and what its sensor shows, which is its first parameter; `None` of other kinds.
     pub fn gap(&self, parameters: &[f64]) -> Option<f64> {
         if self.name == "sensor_hysteresis" { parameters.first().copied() } else { None }
+    }
+
+    /// Its family on a plant: what a drifting sensor adds to y is what an integrator makes of a load that stays.
+    pub fn family_on(&self, plant: &Plant) -> Option<Family> {
+        match (self.family, self.place) {
+            (Some(Family::Ramp), Place::Sensor) if plant.is_integrator() => Some(Family::Offset),
+            (family, _) => family,
+        }
     }
 
     /// The names of its parameters, for messages.

@@ -125,7 +125,8 @@ impl Court<'_> {
     /// Whether a diagnosis would have to tell a rival from a truth: of one family the simplest is named, and the others beside it, unless nothing else
     /// is asked.
     fn counts(&self, truth: usize, rival: usize) -> bool {
-        let family = |place: usize| self.term_of(place).and_then(|term| term.kind.family);
+        let plant = &self.stage.stated.plant;
+        let family = |place: usize| self.term_of(place).and_then(|term| term.kind.family_on(plant));
         let is_related = |other: usize| family(truth).is_some() && family(truth) == family(other);
         let kinds = (0..self.causes.len()).filter(|i| self.is_left(*i) && self.term_of(*i).is_some());
         let one_family = kinds.into_iter().all(is_related);

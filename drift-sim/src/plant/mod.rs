@@ -83,6 +83,11 @@ impl Plant {
         u.is_finite().then_some(u)
     }
 
+    /// Whether y is nothing but the drive's integral.
+    pub fn is_integrator(&self) -> bool {
+        matches!(self, Self::TransferFunction(p) if p.den.len() == 2 && p.den.last() == Some(&0.0))
+    }
+
     /// The plant's own dead time, in seconds.
     pub fn delay_s(&self) -> f64 {
         match self {

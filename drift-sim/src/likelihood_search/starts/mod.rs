@@ -8,13 +8,20 @@ mod onset;
 mod spectrum;
 mod wave;
 
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use realfft::num_complex::Complex;
+
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::{Cache, Data, Rows, rows};
+use crate::estimate::signals::Signals;
 use crate::physics::{Kind, Over, Starts, Term};
 
 pub use forecast::Look;
+use spectrum::Spectrum;
 
 /// A point to begin at.
 #[derive(Debug, Clone)]
@@ -45,6 +52,15 @@ pub struct Base<'a> {
     rest: Vec<f64>,
     /// Their sum of squares.
     rest_squares: f64,
+    /// Spectra of them and of the directions, once they are asked for.
+    over_time: OnceLock<Option<OverTime>>,
+}
+
+/// Spectra of rows: of each the spectra of its recordings, but for the healthy ones.
+struct OverTime {
+    spectrum: Spectrum,
+    rest: Vec<Vec<Complex<f64>>>,
+    directions: Vec<Vec<Vec<Complex<f64>>>>,
 }
 
 impl<'a> Base<'a> {
@@ -55,7 +71,38 @@ impl<'a> Base<'a> {
         let rest = without(&directions, fit.rows.z.clone());
         let rest_squares = dot(&rest, &rest);
         let cache = Cache::at(&fit.hypothesis, &fit.point, data);
-        Some(Self { fit, data, cache, tangent, directions, rest, rest_squares })
+        let over_time = OnceLock::new();
+        Some(Self { fit, data, cache, tangent, directions, rest, rest_squares, over_time })
+    }
+
+    /// The recordings that are no healthy ones, with their places among the rows; none is taken as longer than the first.
+    fn faulty(&self) -> impl Iterator<Item = (&Signals, Range<usize>)> {
+        let data = self.data;
+        let counted = |signals: &Signals, fitted: usize| signals.len().min(fitted);
+        let pairs = data.recordings.iter().zip(data.fitted.iter().copied());
+        let longest = pairs.clone().next().map_or(0, |(signals, fitted)| counted(signals, fitted));
+        let mut first = 0;
+        let placed = pairs.take(data.healthy_from).map(move |(signals, fitted)| {
+            let (from, length) = (first, counted(signals, fitted));
+            first += length;
+            (signals, from..from + length.min(longest))
+        });
+        placed.filter(|(_, range)| !range.is_empty())
+    }
+
+    /// Spectra of its rows and directions.
+    fn rest_over_time(&self) -> Option<&OverTime> {
+        let made = || {
+            let longest = self.faulty().next()?.1.len();
+            let spectrum = Spectrum::convolving(longest);
+            let of = |rows: &Vec<f64>| -> Option<Vec<Vec<Complex<f64>>>> {
+                self.faulty().map(|(_, range)| spectrum.of(rows.get(range)?)).collect()
+            };
+            let rest = of(&self.rest)?;
+            let directions = self.directions.iter().map(of).collect::<Option<Vec<_>>>()?;
+            Some(OverTime { spectrum, rest, directions })
+        };
+        self.over_time.get_or_init(made).as_ref()
     }
 
     /// A fit from a point that slides along the base's own tangent and that of the term, which costs few runs.

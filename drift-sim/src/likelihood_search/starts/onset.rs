@@ -1,6 +1,8 @@
 //! When something begins, by a matched filter: the innovations' answer to a step, from one simulation, is correlated with the
 //! innovations at every sample, weighted by what acts in proportion; the best times are checked exactly.
 
+use realfft::num_complex::Complex;
+
 use crate::estimate::hypothesis::{Hypothesis, Target};
 use crate::estimate::innovations::SETTLING;
 use crate::estimate::signals::{Signals, held};
@@ -21,6 +23,9 @@ const APART: f64 = 0.015;
 const ENDS: f64 = 0.02;
 /// Samples over which a speed is averaged.
 const SPEED_SAMPLES: usize = 15;
+/// Part of an answer's squares that counts as left, at least, where the base's numbers take up nearly all of it: what acts in proportion to a signal is
+/// known about only.
+const LEAST_LEFT: f64 = 0.01;
 /// Greatest size of a start, in the parameter's own scale.
 const MOST: f64 = 5.0;
 
@@ -100,59 +105,102 @@ pub fn impulse_of(step: &[f64]) -> Vec<f64> {
     step.first().copied().into_iter().chain(changes).collect()
 }
 
-/// For every sample the fall of the squares that a step (a ramp) from there on promises.
+/// For every sample the fall of the squares that a step (a ramp) from there on promises, after all that the base's own numbers can take up of it.
 fn promises(base: &Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Option<Vec<f64>> {
-    let n = answer.len();
-    let spectrum = Spectrum::convolving(n);
-    let impulse = spectrum.of(&impulse_of(answer))?;
-    let last = answer.last().copied().unwrap_or(0.0);
-    let transient: f64 = answer.iter().map(|a| (a - last) * (a - last)).sum();
-    let (mut along, mut power) = (vec![0.0; n], vec![0.0; n]);
-    let mut first = 0;
-    let faulty = base.data.recordings.iter().zip(&base.data.fitted).take(base.data.healthy_from);
-    for (signals, fitted) in faulty {
-        let length = signals.len().min(*fitted);
-        if length == 0 {
-            continue;
-        }
-        let z = base.fit.rows.z.get(first..first + length)?;
-        first += length;
-        let matched = spectrum.signal(
-            spectrum.of(z.get(..length.min(n))?)?.iter().zip(&impulse).map(|(z, h)| z * h.conj()).collect(),
-        )?;
-        let matched = matched.get(..n)?;
-        match (weight, ramp) {
-            (Weight::Load | Weight::Sensor, false) => {
-                add(&mut along, &from_here(matched));
-                add(&mut power, &reversed_sums(&answer.iter().map(|a| a * a).collect::<Vec<_>>()));
-            }
-            (_, true) => {
-                let once = from_here(matched);
-                let twice = from_here(&once);
-                let ramped: Vec<f64> = twice.iter().zip(&once).map(|(a, b)| a - b).collect();
-                add(&mut along, &ramped);
-                let mut sum = 0.0;
-                let grown = answer.iter().map(|a| {
-                    sum += a;
-                    sum * sum
-                });
-                add(&mut power, &reversed_sums(&grown.collect::<Vec<_>>()));
-            }
-            (_, false) => {
-                let acting = acting(base, weight, signals, n)?;
-                let weighted: Vec<f64> = acting.iter().zip(matched).map(|(v, q)| v * q).collect();
-                add(&mut along, &from_here(&weighted));
-                let answered = spectrum
-                    .signal(spectrum.of(&acting)?.iter().zip(&impulse).map(|(v, h)| v * h).collect())?;
-                let squares: Vec<f64> = answered.get(..n)?.iter().map(|a| a * a).collect();
-                add(&mut power, &from_here(&squares));
-                let at_once: Vec<f64> = acting.iter().map(|v| 0.5 * v * v * transient).collect();
-                add(&mut power, &at_once);
-            }
-        }
+    let matched = Matched::new(base, weight, answer, ramp)?;
+    let along = matched.along(&base.rest_over_time()?.rest)?;
+    let mut power = matched.power(answer)?;
+    let whole = power.clone();
+    for direction in &base.rest_over_time()?.directions {
+        let taken = matched.along(direction)?;
+        power.iter_mut().zip(taken).for_each(|(power, taken)| *power -= taken * taken);
     }
-    let least = 1e-6 * power.iter().copied().fold(0.0, f64::max);
-    Some(along.iter().zip(&power).map(|(a, p)| a * a / p.max(least).max(1e-300)).collect())
+    let least = 1e-6 * whole.iter().copied().fold(0.0, f64::max);
+    let left =
+        power.iter().zip(&whole).map(|(left, whole)| left.max(LEAST_LEFT * whole).max(least).max(1e-300));
+    Some(along.iter().zip(left).map(|(along, left)| along * along / left).collect())
+}
+
+/// A filter matched to the answers to a step (a ramp) that begins at any sample of the recordings that are no healthy ones.
+struct Matched<'a> {
+    spectrum: &'a Spectrum,
+    /// Of the answer to an impulse.
+    impulse: Vec<Complex<f64>>,
+    /// Samples of each recording, and what acts there where that is not the same all the time.
+    parts: Vec<(usize, Option<Vec<f64>>)>,
+    ramp: bool,
+    /// Samples of an answer.
+    samples: usize,
+}
+
+impl<'a> Matched<'a> {
+    fn new(base: &'a Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Option<Self> {
+        let samples = answer.len();
+        let spectrum = &base.rest_over_time()?.spectrum;
+        let impulse = spectrum.of(&impulse_of(answer))?;
+        let is_steady = ramp || matches!(weight, Weight::Load | Weight::Sensor);
+        let part = |(signals, length): (&Signals, usize)| {
+            let acts = if is_steady { None } else { Some(acting(base, weight, signals, samples)?) };
+            Some((length, acts))
+        };
+        let parts: Option<Vec<_>> =
+            base.faulty().map(|(signals, range)| (signals, range.len())).map(part).collect();
+        Some(Self { spectrum, impulse, parts: parts?, ramp, samples })
+    }
+
+    /// The products of the answers with rows, of which each recording's spectrum is given.
+    fn along(&self, rows: &[Vec<Complex<f64>>]) -> Option<Vec<f64>> {
+        let mut sum = vec![0.0; self.samples];
+        for (of_recording, (_, acting)) in rows.iter().zip(&self.parts) {
+            let matched = of_recording.iter().zip(&self.impulse).map(|(z, h)| z * h.conj()).collect();
+            let matched = self.spectrum.signal(matched)?;
+            let matched = matched.get(..self.samples)?;
+            if let Some(acting) = acting {
+                let weighted: Vec<f64> = acting.iter().zip(matched).map(|(v, q)| v * q).collect();
+                add(&mut sum, &from_here(&weighted));
+                continue;
+            }
+            let once = from_here(matched);
+            if self.ramp {
+                let ramped: Vec<f64> = from_here(&once).iter().zip(&once).map(|(a, b)| a - b).collect();
+                add(&mut sum, &ramped);
+            } else {
+                add(&mut sum, &once);
+            }
+        }
+        Some(sum)
+    }
+
+    /// The squares of the answers.
+    fn power(&self, answer: &[f64]) -> Option<Vec<f64>> {
+        let last = answer.last().copied().unwrap_or(0.0);
+        let transient: f64 = answer.iter().map(|a| (a - last) * (a - last)).sum();
+        let mut grown = 0.0;
+        let squares: Vec<f64> = if self.ramp {
+            let sums = answer.iter().map(|a| {
+                grown += a;
+                grown * grown
+            });
+            sums.collect()
+        } else {
+            answer.iter().map(|a| a * a).collect()
+        };
+        let mut power = vec![0.0; self.samples];
+        for (length, acting) in &self.parts {
+            let Some(acting) = acting else {
+                add(&mut power, &reversed_sums(squares.get(..*length)?));
+                continue;
+            };
+            let acted = self.spectrum.of(acting)?;
+            let answered =
+                self.spectrum.signal(acted.iter().zip(&self.impulse).map(|(v, h)| v * h).collect())?;
+            let squares: Vec<f64> = answered.get(..self.samples)?.iter().map(|a| a * a).collect();
+            add(&mut power, &from_here(&squares));
+            let at_once: Vec<f64> = acting.iter().map(|v| 0.5 * v * v * transient).collect();
+            add(&mut power, &at_once);
+        }
+        Some(power)
+    }
 }
 
 /// What acts, in units of the drive's scale.

@@ -18,6 +18,8 @@ const LINES: usize = 4;
 /// Waves over the way, at most; and how many samples one takes at least at the usual speed: in fewer a force can't be told from noise.
 const MOST_WAVES: f64 = 2000.0;
 const SAMPLES_OF_A_WAVE: f64 = 4.0;
+/// Waves over the way up to which each is tried, by halves.
+const FEW_WAVES: usize = 16;
 /// Bins of the way that the innovations are summed in, and how many times finer than one wave over the way waves are tried.
 const BINS: usize = 8 * MOST_WAVES as usize;
 const PADDED: usize = 4;
@@ -127,7 +129,9 @@ fn over_position(base: &Base<'_>) -> Option<Vec<f64>> {
             break;
         }
     }
-    Some(waves.into_iter().map(|wave| std::f64::consts::TAU / wave).collect())
+    // Of few waves on a way that is not travelled evenly a spectrum tells little: each is tried.
+    let few = (2..=2 * FEW_WAVES).map(|halves| base_wave * halves as f64 / 2.0);
+    Some(few.chain(waves).map(|wave| std::f64::consts::TAU / wave).collect())
 }
 
 /// A signal's waves over position: its samples are summed in bins of the way, which one transform takes.

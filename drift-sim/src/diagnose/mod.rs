@@ -56,7 +56,7 @@ use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::likelihood_search::loop_likelihood::loop_likelihood;
 use crate::likelihood_search::{self, Judged, options::Options};
-use crate::physics::{Place, Term};
+use crate::physics::{Family, Place, Term};
 use crate::plant::Plant;
 use crate::stage;
 use crate::{Error, Result};
@@ -254,6 +254,12 @@ impl Diagnosis {
         !has_named || of(&self.improved) >= of(&other.refitted)
     }
 
+    /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of.
+    fn jumps_again(&self) -> bool {
+        let is_jump = |named: &&Named| named.term.kind.family == Some(Family::Offset);
+        self.physics.iter().filter(is_jump).count() > 1
+    }
+
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.
     fn error_pct(&self) -> f64 {
         self.unseen_fits().after.and_then(|fit| fit.u_pct).map_or(f64::INFINITY, |u| 100.0 - u)
@@ -290,7 +296,8 @@ pub fn diagnose_since(
     })
 }
 
-/// By likelihood; `by_prediction_error` judges where that can't, or where, on a guessed plant, its simulation of what neither has seen is far closer.
+/// By likelihood; `by_prediction_error` judges where that can't, or where, on a guessed plant or of a load that jumps more than once, its simulation of what
+/// neither has seen is far closer.
 fn diagnose_with(
     recordings: &[Signals],
     holdout: Option<&Signals>,
@@ -322,11 +329,13 @@ fn diagnose_with(
     };
     // Under an unknown law no loop is closed, and there is nothing to compare.
     let is_closed = nominal.controller != Controller::Recorded;
-    if nominal.plant != Plant::Identify || !is_closed || options.guarantee.is_some() {
+    let is_open_plant = nominal.plant == Plant::Identify;
+    if !is_closed || options.guarantee.is_some() || !(is_open_plant || found.jumps_again()) {
         return Ok(found);
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
-    let least = if matches!(found.verdict, Verdict::Located | Verdict::Undecided) { 2 } else { 1 };
+    let is_left = matches!(found.verdict, Verdict::Located | Verdict::Undecided);
+    let least = if is_left { 2 } else { 1 };
     // What only its noise excuses yields to whatever simulates better.
     let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
     let most_pct = (CLOSER * found.error_pct()).min(follows_pct);

@@ -54,6 +54,10 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         } else {
             by_profile(fit, data, &tangent, &[i], rise).map_or(by_curvature, |w| w.max(by_curvature))
         };
+        // Of a number that another one takes up wholly the recording says nothing.
+        if width.is_nan() {
+            *width = f64::INFINITY;
+        }
     }
     // A needle's top has many peaks: all that are as likely are in the interval.
     let peaks: Vec<Fit> = peaks_beside(fit, data)

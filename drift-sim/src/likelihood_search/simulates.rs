@@ -192,9 +192,10 @@ fn is_rounding(named: &Named) -> bool {
     matches!(named.term.kind.search, Starts::Apart) && named.term.kind.place == Place::Sensor
 }
 
-/// Noise and rounding change no prediction.
+/// Noise and rounding change no prediction. Noise that shrinks is none: what a model lacks had been taken for noise before.
 fn is_noise(named: &Named) -> bool {
-    matches!(named.term.kind.search, Starts::NoiseChange) || is_rounding(named)
+    let grows = named.term.parameters.first().is_some_and(|ratio| *ratio > 1.0);
+    (matches!(named.term.kind.search, Starts::NoiseChange) && grows) || is_rounding(named)
 }
 
 /// A run of the closed loop without the sensor's noise: another draw of it is no better prediction.

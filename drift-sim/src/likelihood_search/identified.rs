@@ -30,7 +30,7 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
         .filter_map(|plant| {
             let realised = plant.nominal.hypothesis.realise(&plant.nominal.point)?;
             Some(IdentifiedPlant {
-                model: super::as_file(&realised.model, realised.constant_load),
+                model: super::conclude::as_file(&realised.model, realised.constant_load),
                 numbers: numbers(&plant.nominal, &interval::half_widths(&plant.nominal, &plant.data)),
                 likelihood_lost: 0.5 * (plant.nominal.objective() + plant.cost() - least),
             })

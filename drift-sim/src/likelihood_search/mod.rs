@@ -4,11 +4,12 @@
 //! u (`law`); the plant's numbers and the noise, a slow random load among it, are fitted (`plants`, `nominal`); every kind of physics is fitted
 //! beside them, all in one likelihood (`starts`, `rivals`, on [`crate::estimate`]); what can't be told from the best one is the **set**, and one
 //! kind, or one family, that is left alone in it is named (`decide`); what was named must gain on what nothing has seen (`prove`). A second
-//! effect is looked for beside the first (`search`). Numbers that decide are in [`options`]. Where what is left is no noise of the kind that
+//! effect is looked for beside the first (`search`). `conclude` makes the report. Numbers that decide are in [`options`]. Where what is left is no noise of the kind that
 //! is reckoned with, nothing is concluded here, and [`crate::diagnose`] goes on without it.
 
 mod actuators;
 mod climb;
+pub(crate) mod conclude;
 pub(crate) mod decide;
 mod excitation;
 mod guarantee;
@@ -32,30 +33,22 @@ pub(crate) mod units;
 mod unseen;
 
 use crate::control_loop::Loop;
-use crate::diagnose::cause::Cause;
-use crate::diagnose::locate::{self as old_locate};
-use crate::diagnose::missing_drive::MissingDrive;
-use crate::diagnose::prove::FitPct;
-use crate::diagnose::{Diagnosis, Fits, Named, Refitted, Rejected, Verdict, cycle};
-use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Hypothesis, Target};
-use crate::estimate::likelihood::Data;
+use crate::diagnose::Diagnosis;
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
 use crate::physics::Term;
-use crate::plant::Role;
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
-use excitation::Shows;
-use law::Law;
+use conclude::Conclusion;
 use options::Options;
 use plants::{Candidate, Identified};
 pub use rivals::is_searched;
 use rivals::{Field, Round, Sketch};
-use search::{Found, Search};
+use search::Search;
 use simulates::Trial;
-use unseen::{Unseen, fit_pct, noise_floor};
+use unseen::Unseen;
 
 /// What the likelihood says.
 pub enum Judged {
@@ -155,6 +148,9 @@ fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(
     Some((plant, field))
 }
 
+/// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.
+const FEW_STEPS: f64 = 30.0;
+
 /// A coarse sensor: where the plant is stated, where healthy recordings show a finer one, or where y moves over few of its steps. Else it may have
 /// been so all along.
 fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -> Option<Term> {
@@ -208,308 +204,4 @@ impl Parts {
 /// The nominal fit of a loop on data: what the search starts from.
 fn hypothesis(model: &Loop, recordings: &[Signals], options: &Options) -> Hypothesis {
     Hypothesis::nominal(model, &measure::scales(model, recordings), &options.priors)
-}
-
-/// From the end of a search to what is reported.
-struct Conclusion<'a> {
-    stated: &'a Loop,
-    law: Law,
-    train: &'a Signals,
-    unseen: Option<&'a Unseen>,
-    not_used: usize,
-    result: Found,
-    data: &'a Data,
-    is_guessed: bool,
-    options: &'a Options,
-}
-
-/// What refitted numbers must gain to be called other numbers, in log-likelihood, and by how much of its error the closed loop must come
-/// closer, on what nothing has seen as well.
-const REFIT_GAIN: f64 = 20.0;
-const REFIT_CLOSER: f64 = 0.1;
-/// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.
-const FEW_STEPS: f64 = 30.0;
-/// Half width of a coarse sensor's step, as part of it: the file's digits round it.
-const STEP_WIDTH: f64 = 1e-3;
-/// The least closed-loop error, in per cent of u, in which a difference means anything.
-const REFIT_LEAST: f64 = 0.5;
-/// Part of y's variance that the model must predict over some time for its absence of a mismatch to mean anything.
-const TELLS: f64 = 0.3;
-
-impl Diagnosis {
-    /// The same with nothing named: what would have been is a candidate.
-    fn undecided(self) -> Self {
-        let mut candidates = self.candidates;
-        candidates.extend(self.physics.iter().map(|named| (named.term.kind.name, named.train_gain)));
-        let fits = |fits: Fits| Fits { after: fits.before, ..fits };
-        Self {
-            verdict: Verdict::Undecided,
-            place: None,
-            causes: self.causes.into_iter().map(Cause::or_nothing).collect(),
-            spans: Vec::new(),
-            depends_on: Vec::new(),
-            physics: Vec::new(),
-            candidates,
-            train: fits(self.train),
-            holdout: fits(self.holdout),
-            improvement: None,
-            improved: self.refitted.clone(),
-            drive_left: None,
-            ..self
-        }
-    }
-}
-
-impl Conclusion<'_> {
-    fn diagnosis(self) -> Diagnosis {
-        let train = self.train;
-        let held = self.unseen.map_or(train, Unseen::first);
-        let model_of = |fit: &Fit| {
-            fit.hypothesis
-                .realise(&fit.point)
-                .map(|r| as_file(&r.model, r.constant_load))
-                .unwrap_or_else(|| self.stated.clone())
-        };
-        let base = &self.result.base;
-        let best = self.result.best.as_ref().unwrap_or(base);
-        let nominal = Loop { controller: self.stated.controller.clone(), ..base.hypothesis.model.clone() };
-        let as_stated = |model: Loop| Loop {
-            controller: self.stated.controller.clone(),
-            physics: model.physics.into_iter().filter(|term| !self.law.terms.contains(term)).collect(),
-            ..model
-        };
-        let (nominal, refitted) = (as_stated(nominal), as_stated(model_of(base)));
-        let mut improved = model_of(best);
-        improved.sensor.noise = best.rows.sensor_sd;
-        let mut physics = self.law_terms(train);
-        physics.extend(self.result.quantum.iter().map(|term| Named {
-            term: term.clone(),
-            half_widths: term.parameters.iter().map(|step| STEP_WIDTH * step).collect(),
-            tied: Vec::new(),
-            first: None,
-            train_gain: self.result.base.rows.count as f64,
-            holdout_errors: f64::INFINITY,
-        }));
-        improved.physics.extend(self.result.quantum.clone());
-        let widths = interval::half_widths(best, self.data);
-        physics.extend(self.named(best, &widths));
-        let fits = |fit: &dyn Fn(&Loop) -> Option<FitPct>| Fits {
-            nominal: fit(&nominal),
-            before: fit(&refitted),
-            after: fit(&improved),
-        };
-        let train_fits = fits(&|model| fit_pct(model, train));
-        let holdout_fits = self.unseen.map(|unseen| fits(&|model| unseen.fit(model))).unwrap_or_default();
-        let parameters = self.parameters(best, &widths);
-        let other_numbers = !self.law.numbers.is_empty()
-            || (!self.is_guessed && self.numbers_are_other(base, &train_fits, &holdout_fits));
-        let verdict = self.verdict(&physics, other_numbers);
-        let shows = excitation::shows(best, self.data, self.options);
-        let (rejected, untestable) = self.lost(&physics, &shows);
-        let missing_drive = missing_drive::of(base, self.data);
-        let drive_left = self.result.best.as_ref().and_then(|best| missing_drive::of(best, self.data));
-        let mismatch = !matches!(verdict, Verdict::NoMismatch | Verdict::Undecided);
-        let place = match verdict {
-            Verdict::MissingPhysics => physics.first().map(|named| named.term.kind.place),
-            Verdict::Located | Verdict::Parameters => self.law.place().or_else(|| self.result.place()),
-            Verdict::NoMismatch | Verdict::Undecided => None,
-        };
-        let samples = train.len();
-        let dependence = missing_drive.as_ref().filter(|_| mismatch).map(|missing| {
-            let value = missing.value.get(..samples.min(missing.value.len())).unwrap_or(&[]).to_vec();
-            old_locate::depends_on(&nominal, &MissingDrive { value, deviation: 0.0 }, train)
-        });
-        Diagnosis {
-            verdict,
-            place,
-            spans: self.result.best.as_ref().map(|best| locate::spans(base, best, train)).unwrap_or_default(),
-            depends_on: dependence.unwrap_or_default(),
-            not_used: self.not_used,
-            candidates: if verdict == Verdict::MissingPhysics { Vec::new() } else { self.result.set.clone() },
-            rivals: self.result.rivals.clone(),
-            causes: self.causes(verdict),
-            parameters,
-            rejected,
-            untestable,
-            train: train_fits,
-            holdout: holdout_fits,
-            improvement: self.unseen.and_then(|unseen| unseen.improvement(&refitted, &improved)),
-            cycle_s: cycle::period(held).map(|samples| samples as f64 * held.sample_time_s),
-            noise_floor: noise_floor(&improved, best.rows.sensor_sd, self.unseen, train),
-            physics,
-            nominal,
-            refitted,
-            improved,
-            drive_left,
-            controller: self.law.replay,
-            missing_drive,
-            far_off: false,
-        }
-    }
-
-    /// What an experiment would have to tell apart: nothing, what is left, and what came next.
-    fn causes(&self, verdict: Verdict) -> Vec<Cause> {
-        let contenders = &self.result.contenders;
-        // Where nothing gains enough and nothing is proven, nothing is excluded either.
-        let all_are_left = contenders.iter().all(|contender| !contender.is_left);
-        let nothing = Cause::of(&self.result.base, 0.0, verdict == Verdict::Undecided);
-        let kinds = contenders.iter().filter_map(|contender| {
-            Cause::of(&contender.fit, contender.score, contender.is_left || all_are_left)
-        });
-        nothing.into_iter().chain(kinds).collect()
-    }
-
-    fn law_terms(&self, train: &Signals) -> Vec<Named> {
-        let half_width = |term: &Term| {
-            if term.kind.name == "controller_delay" {
-                0.5 * train.sample_time_s
-            } else {
-                0.01 * train.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()))
-            }
-        };
-        let named = |term: &Term| Named {
-            term: term.clone(),
-            half_widths: term.parameters.iter().map(|_| half_width(term)).collect(),
-            tied: Vec::new(),
-            first: None,
-            train_gain: train.len() as f64,
-            holdout_errors: f64::INFINITY,
-        };
-        self.law.terms.iter().map(named).collect()
-    }
-
-    /// What the search named, with intervals.
-    fn named(&self, best: &Fit, widths: &[f64]) -> Vec<Named> {
-        let Some(realised) = best.hypothesis.realise(&best.point) else { return Vec::new() };
-        let mut all: Vec<Named> = self
-            .result
-            .named
-            .iter()
-            .enumerate()
-            .filter_map(|(candidate, choice)| {
-                let index = best.hypothesis.stated + candidate;
-                let term = realised.model.physics.get(index)?.clone();
-                let half_widths = (0..term.parameters.len())
-                    .map(|parameter| {
-                        let place = best.hypothesis.place(Target::Term { term: index, parameter });
-                        place.and_then(|i| widths.get(i)).copied().unwrap_or(f64::INFINITY)
-                    })
-                    .collect();
-                Some(Named {
-                    term,
-                    half_widths,
-                    tied: choice.tied.clone(),
-                    first: None,
-                    train_gain: choice.gain,
-                    holdout_errors: choice.unseen.map_or(0.0, prove::Gained::errors),
-                })
-            })
-            .collect();
-        all.sort_by(|a, b| b.train_gain.total_cmp(&a.train_gain));
-        all
-    }
-
-    fn verdict(&self, physics: &[Named], other_numbers: bool) -> Verdict {
-        if !physics.is_empty() {
-            Verdict::MissingPhysics
-        } else if !self.result.set.is_empty() && self.result.is_proven {
-            Verdict::Located
-        } else if other_numbers && self.result.set.is_empty() {
-            Verdict::Parameters
-        } else if !self.result.set.is_empty() || self.result.predicted < TELLS {
-            Verdict::Undecided
-        } else {
-            Verdict::NoMismatch
-        }
-    }
-
-    /// The plant's numbers and the load that stays, before and after; then those of the law.
-    fn parameters(&self, best: &Fit, widths: &[f64]) -> Vec<Refitted> {
-        let mut rows = identified::numbers(best, widths);
-        rows.extend(self.law.numbers.iter().map(|(name, nominal, value)| Refitted {
-            name: name.clone(),
-            nominal: *nominal,
-            value: *value,
-            half_width: 0.0,
-        }));
-        rows
-    }
-
-    /// Whether the plant's numbers are other than stated by more than anyone would notice: the refit gains, and brings the closed loop closer.
-    fn numbers_are_other(&self, base: &Fit, train: &Fits, holdout: &Fits) -> bool {
-        let closer = |fits: &Fits| match (fits.nominal, fits.before) {
-            (Some(nominal), Some(before)) => {
-                let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
-                let (a, b) = (error(nominal), error(before));
-                a - b > REFIT_CLOSER * a && a - b > REFIT_LEAST
-            }
-            (None, Some(_)) => true,
-            _ => false,
-        };
-        let moved: f64 = base.hypothesis.prior_rows(&base.point).map(|row| row * row).sum();
-        moved.is_finite()
-            && self.result.refit_gain > REFIT_GAIN
-            && closer(train)
-            && (holdout.nominal.is_none() || closer(holdout))
-    }
-
-    /// Kinds that lost, and kinds of which the recording says nothing; a tie is neither.
-    fn lost(
-        &self,
-        physics: &[Named],
-        shows: &[(&'static crate::physics::Kind, Shows)],
-    ) -> (Vec<Rejected>, Vec<Rejected>) {
-        let tied = |kind: &str| {
-            physics.iter().any(|named| named.term.kind.name == kind || named.tied.contains(&kind))
-                || self.result.set.iter().any(|(of, _)| *of == kind)
-        };
-        let (mut rejected, mut untestable) = (Vec::new(), Vec::new());
-        for (kind, gain) in &self.result.rivals {
-            if tied(kind) {
-                continue;
-            }
-            let shown = shows.iter().find(|(of, _)| of.name == *kind).map(|(_, shows)| shows);
-            match shown {
-                Some(Shows::Nothing) if *gain < self.options.least_gain => untestable.push(Rejected {
-                    kind,
-                    why: "too little moves here for it to show".into(),
-                    smallest: None,
-                }),
-                shown => rejected.push(Rejected {
-                    kind,
-                    why: format!("gains {gain:.1} in log-likelihood over the refitted model"),
-                    smallest: match shown {
-                        Some(Shows::From(term)) => Some(term.clone()),
-                        _ => None,
-                    },
-                }),
-            }
-        }
-        for kind in crate::physics::KINDS
-            .iter()
-            .filter(|kind| !(kind.applies)(&self.result.base.hypothesis.model.plant))
-        {
-            untestable.push(Rejected {
-                kind: kind.name,
-                why: "it can't act on this plant".into(),
-                smallest: None,
-            });
-        }
-        (rejected, untestable)
-    }
-}
-
-/// A loop with the load that stays, as a file states it: the plant's own offset, or a load from the start.
-pub(crate) fn as_file(model: &Loop, constant_load: f64) -> Loop {
-    let mut model = model.clone();
-    let mut numbers = model.plant.numbers();
-    if let Some(offset) = numbers.iter_mut().find(|number| number.role == Role::Offset) {
-        offset.value -= constant_load;
-        model.plant = model.plant.with_numbers(&numbers.iter().map(|n| n.value).collect::<Vec<_>>());
-    } else if constant_load != 0.0
-        && let Ok(load) = Term::new("load_step", &[("level", constant_load)])
-    {
-        model.physics.push(load);
-    }
-    model
 }

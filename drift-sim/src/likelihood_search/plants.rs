@@ -190,7 +190,7 @@ fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Op
         }
         let Some(realised) = fit.hypothesis.realise(&fit.point) else { continue };
         kept.push(*structure);
-        let mut found = super::as_file(&realised.model, realised.constant_load);
+        let mut found = super::conclude::as_file(&realised.model, realised.constant_load);
         // A load that stays is free in every fit.
         found.physics.truncate(model.physics.len());
         let units = units::beside(&found.plant, &found.units);

@@ -8,7 +8,7 @@ use super::Recorded;
 use crate::control_loop::{Enters, Input, Loop, Sensor};
 use crate::diagnose::cause::Cause;
 use crate::estimate::signals::Signals;
-use crate::likelihood_search::{as_file, simulates::sequence};
+use crate::likelihood_search::{conclude::as_file, simulates::sequence};
 use crate::physics::{Starts, Term};
 use crate::simulate::{Start, Trace, simulate};
 

@@ -227,7 +227,7 @@ impl Fit {
     ) {
         let mut point = self.point.clone();
         if let Some(onset) = point.onsets.get_mut(candidate)
-            && onset_s > 0.0
+            && self.hypothesis.may_begin(candidate, onset_s)
         {
             *onset = onset_s;
             self.try_afresh(point, data, own, tangent);
@@ -261,14 +261,13 @@ impl Fit {
     /// Moves the onset of a candidate term by `width` and less, down to a sample; at each trial the other numbers slide along `tangent`.
     pub fn search_onset(&mut self, data: &Data, candidate: usize, width_s: f64, tangent: Option<&Tangent>) {
         let ts = self.hypothesis.model.sample_time_s;
-        let duration = self.hypothesis.scales.duration_s;
         let mut width = width_s;
         while width > LEAST_WIDTH * ts {
             let moved = [width, -width].into_iter().any(|side| {
                 let mut point = self.point.clone();
                 let Some(onset) = point.onsets.get_mut(candidate) else { return false };
                 *onset += side;
-                if !(0.01 * duration..0.98 * duration).contains(onset) {
+                if !self.hypothesis.may_begin(candidate, *onset) {
                     return false;
                 }
                 self.tried(point, data, tangent, if tangent.is_some() { SLID_GAIN } else { 1e-6 })

@@ -147,6 +147,9 @@ const ROUGH_STEP: f64 = 5e-3;
 const LOG_STEP: f64 = 1e-4;
 const NOISE_STEP: f64 = 0.02;
 const FAR: f64 = 1e3;
+/// Part of the recording at either end in which nothing is taken to begin; noise takes more samples to be told than a shift.
+const ENDS: f64 = 0.02;
+const ENDS_OF_NOISE: f64 = 0.05;
 
 impl Hypothesis {
     /// The loop as stated, its plant's numbers, a constant load and the noise free.
@@ -228,6 +231,13 @@ impl Hypothesis {
         let index = self.stated + candidate;
         let is_of = |target: Target| matches!(target, Target::Term { term, .. } | Target::Onset(term) if term == index);
         (0..self.free.len()).filter(|i| self.free.get(*i).is_some_and(|free| is_of(free.target))).collect()
+    }
+
+    /// Whether a candidate may begin then: not where too little is left on one side of it to tell both apart.
+    pub fn may_begin(&self, candidate: usize, onset_s: f64) -> bool {
+        let is_noise = |term: &Term| matches!(term.kind.search, Starts::NoiseChange);
+        let ends = if self.candidates().get(candidate).is_some_and(is_noise) { ENDS_OF_NOISE } else { ENDS };
+        (ends..1.0 - ends).contains(&(onset_s / self.scales.duration_s))
     }
 
     /// The place of a number among the free ones.

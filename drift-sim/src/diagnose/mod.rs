@@ -334,8 +334,7 @@ fn diagnose_with(
         return Ok(found);
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
-    let is_left = matches!(found.verdict, Verdict::Located | Verdict::Undecided);
-    let least = if is_left { 2 } else { 1 };
+    let least = if matches!(found.verdict, Verdict::Located | Verdict::Undecided) { 2 } else { 1 };
     // What only its noise excuses yields to whatever simulates better.
     let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
     let most_pct = (CLOSER * found.error_pct()).min(follows_pct);

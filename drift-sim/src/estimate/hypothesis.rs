@@ -148,8 +148,9 @@ const LOG_STEP: f64 = 1e-4;
 const NOISE_STEP: f64 = 0.02;
 const FAR: f64 = 1e3;
 /// Part of the recording at either end in which nothing is taken to begin; noise takes more samples to be told than a shift.
-const ENDS: f64 = 0.02;
-const ENDS_OF_NOISE: f64 = 0.05;
+pub const ENDS: f64 = 0.02;
+/// The same of noise.
+pub const ENDS_OF_NOISE: f64 = 0.05;
 
 impl Hypothesis {
     /// The loop as stated, its plant's numbers, a constant load and the noise free.

@@ -1,5 +1,6 @@
 //! When the noise changes: where the innovations are more by their squares after than before.
 
+use crate::estimate::hypothesis::ENDS_OF_NOISE;
 use crate::physics::{Kind, Start};
 
 use super::{Base, Begin, neutral, wider};
@@ -23,7 +24,8 @@ pub fn changes(base: &Base<'_>, kind: &'static Kind) -> Option<Vec<Begin>> {
     let longest = *lengths.iter().max()?;
     let ts = hypothesis.model.sample_time_s;
     let begins = (0..TIMES).filter_map(|i| {
-        let at = ((0.05 + 0.9 * i as f64 / (TIMES - 1) as f64) * longest as f64) as usize;
+        let at = ((ENDS_OF_NOISE + (1.0 - 2.0 * ENDS_OF_NOISE) * i as f64 / (TIMES - 1) as f64)
+            * longest as f64) as usize;
         let (mut before, mut after) = ((0.0, 0.0), (0.0, 0.0));
         let mut first = 0;
         for length in &lengths {

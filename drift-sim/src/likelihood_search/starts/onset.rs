@@ -3,7 +3,7 @@
 
 use realfft::num_complex::Complex;
 
-use crate::estimate::hypothesis::{Hypothesis, Target};
+use crate::estimate::hypothesis::{ENDS, Hypothesis, Target};
 use crate::estimate::innovations::SETTLING;
 use crate::estimate::signals::{Signals, held};
 use crate::physics::{Kind, Start, Weight};
@@ -19,8 +19,6 @@ const RATIO_TRIAL: f64 = 0.1;
 /// Times that are checked exactly, and how far apart they are, as part of the recording.
 const CHECKED: usize = 5;
 const APART: f64 = 0.015;
-/// Part of the recording at either end in which nothing is taken to begin.
-const ENDS: f64 = 0.02;
 /// Samples over which a speed is averaged.
 const SPEED_SAMPLES: usize = 15;
 /// Part of an answer's squares that counts as left, at least, where the base's numbers take up nearly all of it: what acts in proportion to a signal is
@@ -80,7 +78,7 @@ fn step_answer(base: &Base<'_>, weight: Weight) -> Option<Vec<f64>> {
     let kind = Kind::named(if weight == Weight::Sensor { "sensor_bias" } else { "load_step" }).ok()?;
     let hypothesis = wider(base, kind, neutral(kind));
     let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
-    let length = base.data.fitted.first()?.min(&base.data.recordings.first()?.len()).to_owned();
+    let length = base.faulty().next()?.1.len();
     let middle = length / 2 + SETTLING;
     let ts = hypothesis.model.sample_time_s;
     let level = TRIAL
@@ -107,11 +105,12 @@ pub fn impulse_of(step: &[f64]) -> Vec<f64> {
 
 /// For every sample the fall of the squares that a step (a ramp) from there on promises, after all that the base's own numbers can take up of it.
 fn promises(base: &Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Option<Vec<f64>> {
-    let matched = Matched::new(base, weight, answer, ramp)?;
-    let along = matched.along(&base.rest_over_time()?.rest)?;
+    let over_time = base.rest_over_time()?;
+    let matched = Matched::new(base, &over_time.spectrum, (weight, ramp), answer)?;
+    let along = matched.along(&over_time.rest)?;
     let mut power = matched.power(answer)?;
     let whole = power.clone();
-    for direction in &base.rest_over_time()?.directions {
+    for direction in &over_time.directions {
         let taken = matched.along(direction)?;
         power.iter_mut().zip(taken).for_each(|(power, taken)| *power -= taken * taken);
     }
@@ -134,9 +133,13 @@ struct Matched<'a> {
 }
 
 impl<'a> Matched<'a> {
-    fn new(base: &'a Base<'_>, weight: Weight, answer: &[f64], ramp: bool) -> Option<Self> {
+    fn new(
+        base: &Base<'_>,
+        spectrum: &'a Spectrum,
+        (weight, ramp): (Weight, bool),
+        answer: &[f64],
+    ) -> Option<Self> {
         let samples = answer.len();
-        let spectrum = &base.rest_over_time()?.spectrum;
         let impulse = spectrum.of(&impulse_of(answer))?;
         let is_steady = ramp || matches!(weight, Weight::Load | Weight::Sensor);
         let part = |(signals, length): (&Signals, usize)| {

@@ -2,7 +2,7 @@
 //! a loop that the simulator runs and the noise that the filter reckons with.
 
 use crate::control_loop::Loop;
-use crate::physics::{Family, Hook, Over, Range, Scales, Start, Starts, Term};
+use crate::physics::{Family, Hook, Over, Range, Scales, Searched, Start, Starts, Term};
 use crate::plant::{Number, Role};
 
 use super::noise::Noise;
@@ -151,6 +151,8 @@ const FAR: f64 = 1e3;
 pub const ENDS: f64 = 0.02;
 /// The same of noise.
 pub const ENDS_OF_NOISE: f64 = 0.05;
+/// Part of the way to an end of where a number is looked for that counts as there.
+const AT_AN_END: f64 = 0.02;
 
 impl Hypothesis {
     /// The loop as stated, its plant's numbers, a constant load and the noise free.
@@ -239,6 +241,19 @@ impl Hypothesis {
         let is_noise = |term: &Term| matches!(term.kind.search, Starts::NoiseChange);
         let ends = if self.candidates().get(candidate).is_some_and(is_noise) { ENDS_OF_NOISE } else { ENDS };
         (ends..1.0 - ends).contains(&(onset_s / self.scales.duration_s))
+    }
+
+    /// Whether a candidate's number lies at an end of where it is looked for: the kind stands in for something else.
+    pub fn is_at_an_end(&self, candidate: usize, point: &Point) -> bool {
+        let index = self.stated + candidate;
+        self.free.iter().zip(&point.x).any(|(free, x)| {
+            let Target::Term { term, parameter } = free.target else { return false };
+            let parameter = self.model.physics.get(term).and_then(|of| of.kind.parameters.get(parameter));
+            let Some(parameter) = parameter.filter(|_| term == index) else { return false };
+            let at = |end: f64| (x - end).abs() <= AT_AN_END * end.abs();
+            parameter.searched != Searched::Everywhere
+                && (at(free.high) || (at(free.low) && free.value(free.low) != 0.0))
+        })
     }
 
     /// The place of a number among the free ones.
@@ -450,6 +465,11 @@ fn term_numbers(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
             Range::Positive => (x_of(0.0) + 1e-4, 1e9),
             Range::NotNegative => (x_of(0.0), 1e9),
             Range::Between(low, high) => (x_of(low), x_of(high)),
+        };
+        let (low, high) = match parameter.searched {
+            Searched::Everywhere => (low, high),
+            Searched::Scales(most) => (low.max(-most), high.min(most)),
+            Searched::Between(lowest, highest) => (low.max(x_of(lowest)), high.min(x_of(highest))),
         };
         // A part of a wave is no wave: it stands for a ramp, or for a spring.
         let (low, high) = match (term.kind.search, i) {

@@ -73,11 +73,10 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
     let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
     // Of one family two kinds differ by what a model that is not exact may get wrong.
     let inexact = 2.0 * (options.least_share * best.gain).max(options.margin);
-    let family_margin = |s: &Scored| if s.numbers < best.numbers { options.margin } else { inexact };
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
-            || (is_related(s) && s.gain > best.gain - family_margin(s))
+            || (is_related(s) && s.gain > best.gain - inexact)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
     left_of(scored, &near)

@@ -38,6 +38,7 @@ use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
 use crate::physics::Term;
+use crate::sentences;
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
@@ -131,7 +132,8 @@ fn concluded(
     let shown = unseen.as_ref().map_or(&train, Unseen::first);
     let has_healthy = !healthy.is_empty();
     let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, has_healthy, predicted };
-    let stands = is_noise && trial.passes();
+    let is_nothing = !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
+    let stands = is_noise && !is_nothing && trial.passes();
     Some((concluded, stands))
 }
 

@@ -8,8 +8,9 @@ use crate::estimate::likelihood::Data;
 
 /// Noise that fits begin with: logarithm of the load's size over the drive's, its time constant in samples (positive) or as the
 /// negative part of the recording, atanh of what stays of the sensor's noise.
-const STARTS: [(f64, f64, f64); 6] = [
+const STARTS: [(f64, f64, f64); 7] = [
     (-8.0, 20.0, 0.0),
+    (-8.0, 4.0, 0.0),
     (-3.0, 30.0, 0.0),
     (-3.0, -1.0 / 30.0, 0.0),
     (-2.0, -1.0 / 100.0, 0.5),
@@ -19,6 +20,8 @@ const STARTS: [(f64, f64, f64); 6] = [
 /// Steps of each of these, and of the best two of them.
 const SHORT: usize = 2;
 const LONG: usize = 15;
+/// Fall of the objective from which other noise is likelier.
+const LIKELIER: f64 = 1.0;
 
 /// The likeliest of the fits from several noises; `None` where the loop can't be simulated at all.
 pub fn fit(hypothesis: &Hypothesis, data: &Data) -> Option<Fit> {
@@ -27,18 +30,22 @@ pub fn fit(hypothesis: &Hypothesis, data: &Data) -> Option<Fit> {
 
 /// The same with some numbers held where they are stated.
 pub fn fit_noise(hypothesis: &Hypothesis, data: &Data, held: &[usize]) -> Option<Fit> {
-    let stated = hypothesis.own_point();
+    let mut begun = under_all_noises(hypothesis, &hypothesis.own_point(), data, held);
+    begun.truncate(2);
+    begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG, held));
+    begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
+}
+
+/// Short fits from a point under each of the noises, the likeliest first.
+fn under_all_noises(hypothesis: &Hypothesis, point: &Point, data: &Data, held: &[usize]) -> Vec<Fit> {
     let begun = STARTS.par_iter().filter_map(|(size, tau, rho)| {
-        let point = with_noise(hypothesis, &stated, *size, *tau, *rho);
-        let mut fit = Fit::at(hypothesis, &point, data)?;
+        let mut fit = Fit::at(hypothesis, &with_noise(hypothesis, point, *size, *tau, *rho), data)?;
         fit.descend(data, SHORT, held);
         Some(fit)
     });
     let mut begun: Vec<Fit> = begun.collect();
     begun.sort_by(|a, b| a.objective().total_cmp(&b.objective()));
-    begun.truncate(2);
-    begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG, held));
-    begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
+    begun
 }
 
 /// A fit once more, from its own noise and from others: the likeliest of them.
@@ -49,6 +56,18 @@ pub fn fit_again(fit: &Fit, data: &Data) -> Option<Fit> {
     let mut begun: Vec<Fit> = others.chain([fit.clone()]).collect();
     begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG, &[]));
     begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
+}
+
+/// A fit under other noise, where that is likelier: the noise's own numbers have local optima, and what two fits differ by is not to be one of those.
+pub fn under_other_noise(fit: &mut Fit, data: &Data) {
+    let hypothesis = &fit.hypothesis;
+    let is_held = |i: &usize| hypothesis.free.get(*i).is_none_or(|free| !is_noise(free.target));
+    let held: Vec<usize> = (0..hypothesis.free.len()).filter(is_held).collect();
+    let best = under_all_noises(hypothesis, &fit.point, data, &held).into_iter().next();
+    if let Some(mut best) = best.filter(|best| best.objective() < fit.objective() - LIKELIER) {
+        best.descend(data, LONG, &super::rivals::stuck(&best.hypothesis));
+        *fit = best;
+    }
 }
 
 /// A point with other noise.

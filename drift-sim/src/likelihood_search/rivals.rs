@@ -33,6 +33,10 @@ const LEAST_NEEDLED: f64 = 60.0;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
 const WORTH: f64 = 0.15;
 const CLOSE: f64 = 60.0;
+/// Samples by which an onset is moved to and fro at the end.
+const SETTLED: f64 = 12.0;
+/// Part of what a start promises that a slide from it must keep.
+const KEPT: f64 = 0.5;
 /// Gain of a short fit from which its shared numbers are tried for the other kinds.
 const LEADS: f64 = 15.0;
 
@@ -224,13 +228,23 @@ fn moves_the_plant(kind: &Kind, scales: &Scales) -> bool {
     }
 }
 
-/// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant.
+/// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant; where a slide does not keep what its start
+/// promises, the base's numbers are too far from linear themselves (a random load had swallowed what is found now).
 fn tried_from(base: &Base<'_>, begin: &Begin, kind: &Kind, data: &Data) -> Option<Fit> {
     if !matches!(kind.search, Starts::Wave(_)) && !moves_the_plant(kind, &base.fit.hypothesis.scales) {
-        return base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
+        let slid = base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
+        let gained = slid.as_ref().map_or(f64::NEG_INFINITY, |fit| base.fit.objective() - fit.objective());
+        if begin.score < 2.0 * LEADS || gained > KEPT * begin.score {
+            return slid;
+        }
+        return better(slid, descended(begin, data));
     }
+    descended(begin, data)
+}
+
+fn descended(begin: &Begin, data: &Data) -> Option<Fit> {
     let mut fit = Fit::at(&begin.hypothesis, &begin.point, data)?;
-    fit.descend(data, SHORT, &[]);
+    fit.descend(data, SHORT, &stuck(&begin.hypothesis));
     Some(fit)
 }
 
@@ -270,7 +284,7 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
             && let Some(onset) = step.point.onsets.last()
         {
             for side in [0.15, -0.15] {
-                tried.push(at_onset(fit, &from, *onset, side));
+                tried.push(at_onset(fit, &from, *onset, side, data));
             }
         }
         for trial in tried.into_iter().flatten() {
@@ -283,14 +297,14 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
 }
 
 /// A kind that begins at once, from another's onset.
-fn at_onset(fit: &Fit, from: &Base<'_>, onset_s: f64, size: f64) -> Option<Fit> {
+fn at_onset(fit: &Fit, from: &Base<'_>, onset_s: f64, size: f64, data: &Data) -> Option<Fit> {
     let hypothesis = fit.hypothesis.clone();
     let mut point = hypothesis.widen(&from.fit.hypothesis, &from.fit.point);
     let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
     let free = hypothesis.free.get(place)?;
     *point.x.get_mut(place)? = size.clamp(free.low, free.high);
     *point.onsets.last_mut()? = onset_s;
-    from.slid(&Begin { score: 0.0, hypothesis, point, onset_s }, SLIDES, &[])
+    descended(&Begin { score: 0.0, hypothesis, point, onset_s }, data)
 }
 
 /// The base's point with the numbers that it shares with another fit.
@@ -341,6 +355,21 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
             whole_samples(fit, *place, data, &tangent);
         }
         fit.descend(data, AGAIN, &fixed);
+    }
+}
+
+/// Moves the onset of a last candidate by few samples, the other numbers with it, until that helps no more.
+fn settle_onset(fit: &mut Fit, data: &Data) {
+    let last = fit.hypothesis.candidates().len() - 1;
+    let width = SETTLED * fit.hypothesis.model.sample_time_s;
+    for _ in 0..AGAIN {
+        let before = fit.point.onsets.clone();
+        let Some(tangent) = fit.tangent(data, &[]) else { return };
+        fit.search_onset(data, last, width, Some(&tangent));
+        if fit.point.onsets == before {
+            return;
+        }
+        fit.descend(data, AGAIN, &[]);
     }
 }
 
@@ -430,7 +459,12 @@ impl Field {
         near.for_each(|(rival, _)| {
             let fixed = stuck(&rival.fit.hypothesis);
             rival.fit.descend(data, POLISH, &fixed);
+            nominal::under_other_noise(&mut rival.fit, data);
+            if begins_at_once(rival.kind) {
+                settle_onset(&mut rival.fit, data);
+            }
         });
+        nominal::under_other_noise(&mut self.base, data);
         self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
     }
 

@@ -184,7 +184,8 @@ impl Search<'_> {
             return;
         }
         let score = |kind: &Kind| decision.scored.iter().find(|s| s.kind == kind).map_or(0.0, |s| s.score);
-        match decision.named.as_ref().and_then(|(place, tied)| Some((field.rivals.get(*place)?, tied))) {
+        let named = decision.named.as_ref().and_then(|(place, tied)| Some((field.rivals.get(*place)?, tied)));
+        match named.filter(|(rival, _)| !is_at_an_end(&rival.fit)) {
             Some((rival, tied)) => {
                 found.named.push(Choice { tied: tied.clone(), gain: score(rival.kind), unseen: None });
                 found.best = Some(rival.fit.clone());
@@ -341,6 +342,12 @@ fn earlier(target: Target, gone: usize) -> Target {
         Target::Onset(term) => Target::Onset(one_less(term)),
         other => other,
     }
+}
+
+/// Whether the last candidate stands in for something else.
+fn is_at_an_end(fit: &Fit) -> bool {
+    let last = fit.hypothesis.candidates().len().checked_sub(1);
+    last.is_some_and(|last| fit.hypothesis.is_at_an_end(last, &fit.point))
 }
 
 /// The rival that a decision names, where it is a late response.

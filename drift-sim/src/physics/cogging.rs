@@ -11,7 +11,7 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter::new("amplitude", "{drive}", Range::NotNegative, |s, _| s.drive),
+        Parameter::new("amplitude", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals(),
         Parameter::new("period", "{position}", Range::Positive, |s, period| period * period / s.position),
         Parameter::new("phase", "rad", Range::Any, |_, _| 1.0),
     ],

@@ -11,7 +11,7 @@ pub(super) static KIND: Kind = Kind {
     name: "coulomb_friction",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter::new("level", "{drive}", Range::NotNegative, |s, _| s.drive)],
+    parameters: &[Parameter::new("level", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals()],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(CoulombFriction { level: p[0] }),

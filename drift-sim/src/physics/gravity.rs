@@ -10,7 +10,7 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter::new("amplitude", "{drive}", Range::Any, |s, _| s.drive),
+        Parameter::new("amplitude", "{drive}", Range::Any, |s, _| s.drive).of_signals(),
         Parameter::new("phase", "rad", Range::Any, |_, _| 1.0),
     ],
     applies: is_servo,

@@ -11,7 +11,9 @@ pub(super) static KIND: Kind = Kind {
     name: "inertia_change",
     place: Place::Plant,
     begins: Begins::Later,
-    parameters: &[Parameter::new("ratio", "1", Range::Between(1e-3, 1e3), |_, _| 1.0).around(1.0)],
+    parameters: &[Parameter::new("ratio", "1", Range::Between(1e-3, 1e3), |_, _| 1.0)
+        .around(1.0)
+        .searched(0.05, 20.0)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(InertiaChange { ratio: p[0] }),

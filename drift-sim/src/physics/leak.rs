@@ -11,7 +11,9 @@ pub(super) static KIND: Kind = Kind {
     name: "leak",
     place: Place::Plant,
     begins: Begins::Either,
-    parameters: &[Parameter::new("coefficient", "{drive}/{y}", Range::NotNegative, |s, _| s.drive / s.y)],
+    parameters: &[
+        Parameter::new("coefficient", "{drive}/{y}", Range::NotNegative, |s, _| s.drive / s.y).of_signals()
+    ],
     applies: |plant| !matches!(plant, Plant::Servo(_)),
     consistent: any_values,
     effect: |p, _| Box::new(Leak { coefficient: p[0] }),

@@ -12,7 +12,7 @@ pub(super) static KIND: Kind = Kind {
     name: "load_dependent_friction",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter::new("coefficient", "1", Range::NotNegative, |_, _| 1.0)],
+    parameters: &[Parameter::new("coefficient", "1", Range::NotNegative, |_, _| 1.0).searched(0.0, 10.0)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(LoadDependentFriction { coefficient: p[0] }),

@@ -10,7 +10,9 @@ pub(super) static KIND: Kind = Kind {
     name: "load_ramp",
     place: Place::Disturbance,
     begins: Begins::Either,
-    parameters: &[Parameter::new("rate_per_s", "{drive}/s", Range::Any, |s, _| s.drive / s.duration_s)],
+    parameters: &[
+        Parameter::new("rate_per_s", "{drive}/s", Range::Any, |s, _| s.drive / s.duration_s).of_signals()
+    ],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(LoadRamp { rate_per_s: p[0], onset_s: context.onset_s }),

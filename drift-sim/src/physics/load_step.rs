@@ -10,7 +10,7 @@ pub(super) static KIND: Kind = Kind {
     name: "load_step",
     place: Place::Disturbance,
     begins: Begins::Either,
-    parameters: &[Parameter::new("level", "{drive}", Range::Any, |s, _| s.drive)],
+    parameters: &[Parameter::new("level", "{drive}", Range::Any, |s, _| s.drive).of_signals()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(LoadStep { level: p[0] }),

@@ -8,6 +8,7 @@
 //! To add physics: write one file, add one row to [`KINDS`].
 
 mod effect;
+mod parameter;
 mod scales;
 mod signature;
 mod starts;
@@ -49,6 +50,7 @@ mod unmodelled_lag;
 mod viscous_friction;
 
 pub use effect::{Context, Effect, Hook, Motion, Numbers};
+pub use parameter::{Parameter, Range, Searched};
 pub use scales::Scales;
 pub use signature::Signature;
 pub use starts::{Over, Start, Starts, Weight, grid};
@@ -137,92 +139,6 @@ pub enum Begins {
     Later,
     /// Before or within the recording.
     Either,
-}
-
-/// What a parameter may be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Range {
-    /// Any finite number.
-    Any,
-    /// Greater than zero.
-    Positive,
-    /// Zero or greater.
-    NotNegative,
-    /// From the first to the second, both included.
-    Between(f64, f64),
-}
-
-impl Range {
-    /// Whether a value is allowed; numbers that are not finite never are.
-    pub fn allows(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Self::Any => true,
-                Self::Positive => value > 0.0,
-                Self::NotNegative => value >= 0.0,
-                Self::Between(lowest, highest) => (lowest..=highest).contains(&value),
-            }
-    }
-
-    /// In words, for messages.
-    pub fn says(self) -> String {
-        match self {
-            Self::Any => "a finite number".into(),
-            Self::Positive => "a finite number > 0".into(),
-            Self::NotNegative => "a finite number >= 0".into(),
-            Self::Between(lowest, highest) => format!("a number from {lowest} to {highest}"),
-        }
-    }
-}
-
-/// One parameter of a kind.
-#[derive(Debug, Clone, Copy)]
-pub struct Parameter {
-    /// Its key in files.
-    pub name: &'static str,
-    /// Its unit as a rule: text in which `{y}`, `{u}`, `{drive}`, `{position}` and `{speed}` stand for the loop's
-    /// own units; see [`UnitNames::unit`].
-    pub unit: &'static str,
-    /// What it may be.
-    pub range: Range,
-    /// How far it typically has to move for the loop to change, from the recording's scales and the value that a fit starts at.
-    pub scale: fn(&Scales, f64) -> f64,
-    /// Whether the loop changes smoothly with it: else a fit takes longer steps and tries its values one by one.
-    pub smooth: bool,
-    /// Its value at which the term does nothing.
-    pub neutral: f64,
-    /// Its value where a file leaves it out; `None`: it may not be left out.
-    pub default: Option<f64>,
-}
-
-impl Parameter {
-    /// A parameter that has to be stated and that the loop follows smoothly.
-    pub const fn new(
-        name: &'static str,
-        unit: &'static str,
-        range: Range,
-        scale: fn(&Scales, f64) -> f64,
-    ) -> Self {
-        Self { name, unit, range, scale, smooth: true, neutral: 0.0, default: None }
-    }
-
-    /// The same where the loop answers in jumps (gaps, bands, limits).
-    const fn rough(mut self) -> Self {
-        self.smooth = false;
-        self
-    }
-
-    /// The same where the term does nothing at this value.
-    const fn around(mut self, neutral: f64) -> Self {
-        self.neutral = neutral;
-        self
-    }
-
-    /// The same with a value for where a file leaves it out.
-    const fn or(mut self, value: f64) -> Self {
-        self.default = Some(value);
-        self
-    }
 }
 
 /// Kinds that often can't be told from each other, and where the simplest that does is named, the others beside it.

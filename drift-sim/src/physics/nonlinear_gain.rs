@@ -10,7 +10,9 @@ pub(super) static KIND: Kind = Kind {
     name: "nonlinear_gain",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter::new("exponent", "1", Range::Between(0.05, 20.0), |_, _| 1.0).around(1.0)],
+    parameters: &[Parameter::new("exponent", "1", Range::Between(0.05, 20.0), |_, _| 1.0)
+        .around(1.0)
+        .searched(0.2, 5.0)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(NonlinearGain { exponent: p[0] }),

@@ -9,7 +9,7 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Disturbance,
     begins: Begins::Start,
     parameters: &[
-        Parameter::new("amplitude", "{drive}", Range::Any, |s, _| s.drive),
+        Parameter::new("amplitude", "{drive}", Range::Any, |s, _| s.drive).of_signals(),
         Parameter::new("frequency_hz", "Hz", Range::Positive, |s, _| 1.0 / s.duration_s),
         Parameter::new("phase", "rad", Range::Any, |_, _| 1.0).or(0.0),
     ],

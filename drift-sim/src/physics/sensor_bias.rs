@@ -10,7 +10,7 @@ pub(super) static KIND: Kind = Kind {
     name: "sensor_bias",
     place: Place::Sensor,
     begins: Begins::Later,
-    parameters: &[Parameter::new("bias", "{y}", Range::Any, |s, _| s.y)],
+    parameters: &[Parameter::new("bias", "{y}", Range::Any, |s, _| s.y).of_signals()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(SensorBias { bias: p[0], spans: context.spans.to_vec() }),

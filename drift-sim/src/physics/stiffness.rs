@@ -10,7 +10,8 @@ pub(super) static KIND: Kind = Kind {
     name: "stiffness",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter::new("stiffness", "{drive}/{position}", Range::Any, |s, _| s.drive / s.position)],
+    parameters: &[Parameter::new("stiffness", "{drive}/{position}", Range::Any, |s, _| s.drive / s.position)
+        .of_signals()],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(Stiffness { stiffness: p[0] }),

@@ -10,9 +10,9 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter::new("coulomb", "{drive}", Range::NotNegative, |s, _| s.drive),
-        Parameter::new("breakaway", "{drive}", Range::NotNegative, |s, _| s.drive),
-        Parameter::new("stribeck_speed", "{speed}", Range::Positive, |s, _| s.speed),
+        Parameter::new("coulomb", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals(),
+        Parameter::new("breakaway", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals(),
+        Parameter::new("stribeck_speed", "{speed}", Range::Positive, |s, _| s.speed).of_signals(),
     ],
     applies: is_servo,
     consistent,

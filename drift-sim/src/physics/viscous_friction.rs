@@ -10,7 +10,9 @@ pub(super) static KIND: Kind = Kind {
     name: "viscous_friction",
     place: Place::Plant,
     begins: Begins::Later,
-    parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0).around(1.0)],
+    parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0)
+        .around(1.0)
+        .searched(0.0, 50.0)],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(ViscousFriction { ratio: p[0] }),

@@ -51,13 +51,13 @@ pub fn about(seen: &Overview) -> Vec<(&'static str, String)> {
     let rows = seen.t_s.len();
     let about = format!("{}, {}, {}", seen.format, counted(rows, "row"), counted(seen.names.len(), "column"));
     let mut facts = vec![
-        ("file", format!("{about}; {} from t = {} s", lasting(last - first), short(first))),
+        ("file", format!("{about}; {} from {}", lasting(last - first), at(seen, first))),
         ("sampling", sampling(seen)),
     ];
     if !seen.gaps.is_empty() {
         let longest = seen.gaps.iter().copied().reduce(|a, b| if b.length_s > a.length_s { b } else { a });
         let longest = longest.map_or_else(String::new, |gap| {
-            format!(", the longest of {} after t = {} s", lasting(gap.length_s), short(gap.from_s))
+            format!(", the longest of {} after {}", lasting(gap.length_s), at(seen, gap.from_s))
         });
         facts.push(("gaps", format!("{}{longest}", seen.gaps.len())));
     }
@@ -65,14 +65,27 @@ pub fn about(seen: &Overview) -> Vec<(&'static str, String)> {
     facts
 }
 
+/// The clock of the recording.
+fn clock(seen: &Overview) -> Clock {
+    let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
+    Clock::new(seen.zero_s, last - first)
+}
+
+/// A time of the recording: its date, where it has one.
+fn at(seen: &Overview, t_s: f64) -> String {
+    match seen.zero_s {
+        Some(_) => clock(seen).says(t_s),
+        None => format!("t = {} s", short(t_s)),
+    }
+}
+
 /// Stretches by hand, and those in which u stays at an end: a name and what there is to say of each.
 pub fn stretches_of(seen: &Overview) -> Vec<(&'static str, String)> {
-    let rows = seen.t_s.len();
-    let mut facts = vec![("manual", spans(&seen.manual, rows))];
+    let mut facts = vec![("manual", spans(&seen.manual, seen))];
     let (low, high) = range(&seen.u);
     for (what, value, at) in [("lowest", low, &seen.at_limit[0]), ("highest", high, &seen.at_limit[1])] {
         if !at.is_empty() {
-            let of = spans(at, rows);
+            let of = spans(at, seen);
             facts.push(("limit", format!("u stays at its {what} value, {}: {of}", short(value))));
         }
     }
@@ -81,8 +94,7 @@ pub fn stretches_of(seen: &Overview) -> Vec<(&'static str, String)> {
 
 /// r and y over u, with the stretches by hand; no panel where no column seems to be one of them.
 pub fn figure(seen: &Overview) -> Figure {
-    let (first, last) = (seen.t_s.first().copied().unwrap_or(0.0), seen.t_s.last().copied().unwrap_or(0.0));
-    let clock = Clock::new(None, last - first);
+    let clock = clock(seen);
     let line = |name: &str, colour, values: &[f64]| {
         let points = seen.t_s.iter().map(|t| clock.axis(*t)).zip(values.iter().copied());
         Layer::line(name, colour, points.filter(|(_, value)| !value.is_nan()).collect())
@@ -109,6 +121,9 @@ pub fn figure(seen: &Overview) -> Figure {
     }
     if let Some(lowest) = panels.last_mut() {
         lowest.x_label = clock.label().into();
+    }
+    for panel in &mut panels {
+        panel.x_dates = clock.zero_s.is_some();
     }
     Figure::stacked("", panels)
 }
@@ -207,7 +222,7 @@ fn chart(out: &mut String, name: &str, values: &[f64], terminal: &Terminal) -> s
     )
 }
 
-fn spans(spans: &[Span], rows: usize) -> String {
+fn spans(spans: &[Span], seen: &Overview) -> String {
     if spans.is_empty() {
         return "no stretch".into();
     }
@@ -215,10 +230,13 @@ fn spans(spans: &[Span], rows: usize) -> String {
     let mut longest = spans.to_vec();
     longest.sort_by_key(|span| std::cmp::Reverse(span.rows));
     longest.truncate(SPANS_SHOWN);
-    let list: Vec<String> =
-        longest.iter().map(|span| format!("{} to {} s", short(span.from_s), short(span.to_s))).collect();
+    let span = |span: &Span| match seen.zero_s {
+        Some(_) => clock(seen).span(span.from_s, span.to_s),
+        None => format!("{} to {} s", short(span.from_s), short(span.to_s)),
+    };
+    let list: Vec<String> = longest.iter().map(span).collect();
     let more = if spans.len() > SPANS_SHOWN { ", the longest" } else { "" };
-    let share = 100.0 * count as f64 / rows as f64;
+    let share = 100.0 * count as f64 / seen.t_s.len() as f64;
     format!("{} % of the rows, {}{more} {}", short(share), counted(spans.len(), "stretch"), list.join(", "))
 }
 

@@ -27,6 +27,7 @@ mod outputs;
 mod plain_rows;
 mod plan_command;
 mod plot_figures;
+mod recording_exports;
 mod recording_formats;
 mod recording_input;
 mod recording_real;

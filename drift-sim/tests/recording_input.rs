@@ -178,7 +178,7 @@ fn what_was_guessed_is_told() {
             "t counts from 2024-05-01T10:00:00Z"
         ]
     );
-    assert_eq!(notes("t [us],r,y,u\n0,1,2,3\n1,1,2,3\n")[1..], ["the times in 't [us]' are 1e-6 s"]);
+    assert_eq!(notes("t [us],r,y,u\n0,1,2,3\n1,1,2,3\n")[1..], ["the times in 't [us]' are us"]);
     // What is named is not guessed, and not overruled.
     let named = ReadOptions { columns: "r=PV".parse().unwrap(), ..plain() };
     let error = read("t,SP,PV,OP\n0,1,2,3\n", &named).unwrap_err().to_string();

@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::guess::{Guess, SIGNALS, guess, is_usual, plain};
+use super::cell_kind::CellKind;
+use super::guess::{Guess, SIGNALS, guess, is_usual, plain, tag};
 use super::row::excerpt;
 use super::{ColumnMap, ReadOptions, When};
 use crate::{Error, Result};
@@ -69,6 +70,8 @@ pub(super) struct Extra {
 /// The names of the columns, and what the options say of them.
 struct Names<'a> {
     names: &'a [String],
+    /// What the columns hold, where it is known.
+    kinds: &'a [CellKind],
     places: HashMap<&'a str, usize>,
     options: &'a ReadOptions,
     /// Where the columns that the options name are.
@@ -78,13 +81,20 @@ struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    fn of(names: &'a [String], options: &'a ReadOptions) -> Self {
+    fn of(names: &'a [String], kinds: &'a [CellKind], options: &'a ReadOptions) -> Self {
         let mut places = HashMap::with_capacity(names.len());
         for (index, name) in names.iter().enumerate() {
             places.entry(name.as_str()).or_insert(index);
         }
-        let mut all =
-            Self { names, places, options, exact: [None; 4], guesses: [Guess::Nothing; 4], date: None };
+        let mut all = Self {
+            names,
+            kinds,
+            places,
+            options,
+            exact: [None; 4],
+            guesses: [Guess::Nothing; 4],
+            date: None,
+        };
         let t = all.called(0).map(str::to_owned);
         if let Some((date, time)) = t.as_deref().and_then(|t| t.split_once('+'))
             && all.place(t.as_deref().unwrap_or_default()).is_none()
@@ -97,7 +107,7 @@ impl<'a> Names<'a> {
             let found = all.called(signal).filter(|name| !name.is_empty()).and_then(|name| all.place(name));
             all.exact[signal] = all.exact[signal].or(found);
         }
-        let (guesses, date) = guess(names, all.exact);
+        let (guesses, date) = guess(names, kinds, all.exact);
         all.guesses = guesses;
         if all.exact[0].is_none() {
             all.date = date;
@@ -117,9 +127,29 @@ impl<'a> Names<'a> {
         [map.t.as_deref(), Some(map.r.as_str()), Some(map.y.as_str()), Some(map.u.as_str())][signal]
     }
 
+    /// A column that the user names.
+    ///
+    /// # Errors
+    /// There is none, or there are two.
+    fn asked_for(&self, name: &str, what_for: &str) -> Result<usize> {
+        self.check_repeated(name)?;
+        self.place(name).ok_or_else(|| no_column(name, what_for, self.names))
+    }
+
+    /// Refuses a name that two columns have.
+    fn check_repeated(&self, name: &str) -> Result<()> {
+        if self.names.iter().filter(|other| *other == name).nth(1).is_none() {
+            return Ok(());
+        }
+        Err(Error::new(format!("two columns are called '{}'", excerpt(name)))
+            .allowed("names that differ, or columns by their numbers, like --columns r=2,y=3,u=4"))
+    }
+
     /// Where a signal is; `None` where nothing was named and nothing fits.
     fn signal(&self, signal: usize) -> Result<Option<(usize, bool)>> {
         if let Some(index) = self.exact[signal] {
+            let called = self.called(signal).unwrap_or_default();
+            called.split('+').try_for_each(|name| self.check_repeated(name.trim()))?;
             return Ok(Some((index, false)));
         }
         if self.options.columns.is_named[signal] {
@@ -128,6 +158,7 @@ impl<'a> Names<'a> {
         match self.guesses[signal] {
             Guess::Column(index) => Ok(Some((index, true))),
             Guess::Either(one, other) => {
+                self.check_repeated(&self.names[one])?;
                 let letter = SIGNALS[signal];
                 let what =
                     format!("'{}' and '{}' could both be {letter}", self.names[one], self.names[other]);
@@ -141,9 +172,14 @@ impl<'a> Names<'a> {
         let letter = SIGNALS[signal];
         let name = self.called(signal).unwrap_or(letter);
         let there = excerpt(&self.names.join(", "));
-        let otherwise = if signal == 0 { " or --sample-time S" } else { "" };
+        let example = self.example(signal);
+        let way = match signal {
+            0 if !example.contains("t=") => format!("--columns {example} --sample-time S"),
+            0 => format!("--columns {example} or --sample-time S"),
+            _ => format!("--columns {example}"),
+        };
         Error::new(format!("no column '{name}' for {letter}"))
-            .allowed(format!("like --columns {}{otherwise}; the columns are {there}", self.example(signal)))
+            .allowed(format!("like {way}; the columns are {there}"))
     }
 
     /// `--columns` as it could be for this file: what is known, and for the rest columns that are there.
@@ -157,40 +193,57 @@ impl<'a> Names<'a> {
             })
             .collect();
         let taken: HashSet<usize> = known.iter().copied().flatten().chain(self.date).collect();
-        let is_free = |index: &usize| !taken.contains(index) && !self.names[*index].is_empty();
-        let free: Vec<usize> = (0..self.names.len()).filter(is_free).collect();
-        // What is usual for another signal is a worse example.
-        let (usual, others): (Vec<usize>, Vec<usize>) =
-            free.into_iter().partition(|index| is_usual(&self.names[*index]));
-        let mut free = others.into_iter().chain(usual);
+        let mut free: Vec<usize> = (0..self.names.len()).filter(|index| !taken.contains(index)).collect();
+        // What is usual for another signal, or has no name, is a worse example.
+        free.sort_by_key(|index| (self.names[*index].is_empty(), is_usual(&self.names[*index])));
+        // Where too few are left, there is no time.
+        let lacking = [0, 2, 3].into_iter().filter(|signal| known[*signal].is_none()).count();
+        let has_time = known[0].is_some() || free.len() >= lacking;
+        let mut next = |signal: usize| {
+            let fits = free.iter().position(|index| self.may_be(signal, *index))?;
+            Some(free.remove(fits))
+        };
         let is_wanted = |signal: usize| match signal {
             0 => {
                 self.options.columns.t.is_some()
                     && (known[0].is_some() || self.options.sample_time_s.is_none())
+                    && has_time
             }
             1 => known[1].is_some() || asked == 1,
             _ => true,
         };
         let pairs: Vec<String> = (0..SIGNALS.len())
             .filter(|signal| is_wanted(*signal))
-            .map(|signal| {
-                let index = known[signal].or_else(|| free.next());
-                let name = index.map_or_else(|| "NAME".to_owned(), |index| self.written(index));
-                format!("{}={name}", SIGNALS[signal])
+            .filter_map(|signal| {
+                let index = known[signal].or_else(|| next(signal));
+                let name = match index {
+                    Some(index) => written(self.names, index),
+                    // No column is left that holds numbers or dates.
+                    None if signal == 0 => return None,
+                    None => "NAME".to_owned(),
+                };
+                Some(format!("{}={name}", SIGNALS[signal]))
             })
             .collect();
         quoted(&pairs)
     }
 
-    fn written(&self, index: usize) -> String {
-        written(self.names, index)
+    /// Whether what a column holds may be a signal: numbers, or dates for the time.
+    fn may_be(&self, signal: usize, index: usize) -> bool {
+        match self.kinds.get(index).copied().unwrap_or_default() {
+            CellKind::Text => false,
+            CellKind::Date => signal == 0,
+            CellKind::Number | CellKind::Unknown => true,
+        }
     }
 }
 
-/// A name as `--columns` takes it: the column's number where the name has a comma.
+/// A name as `--columns` takes it: the column's number where the name has a comma, is empty or that of two columns.
 fn written(names: &[String], index: usize) -> String {
-    let name = excerpt(&names[index]);
-    if name.contains([',', '=', '"', '+']) { (index + 1).to_string() } else { name }
+    let name = &names[index];
+    let is_plain = !name.is_empty() && !name.contains([',', '=', '"', '+']) && *name == excerpt(name);
+    let is_only = names.iter().filter(|other| *other == name).nth(1).is_none();
+    if is_plain && is_only { name.clone() } else { (index + 1).to_string() }
 }
 
 /// Pairs as a shell takes them.
@@ -214,8 +267,16 @@ impl Choice {
     /// # Errors
     /// A signal, condition or further column that isn't there, or could be two of them.
     pub fn of(columns: &[String], options: &ReadOptions) -> Result<Self> {
+        Self::among(columns, &[], options)
+    }
+
+    /// The same where it is known what the columns hold.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn among(columns: &[String], kinds: &[CellKind], options: &ReadOptions) -> Result<Self> {
         let map = &options.columns;
-        let names = Names::of(columns, options);
+        let names = Names::of(columns, kinds, options);
         let mut guessed = Vec::new();
         let mut place = |signal: usize| -> Result<Option<usize>> {
             let Some((index, is_guessed)) = names.signal(signal)? else { return Ok(None) };
@@ -267,7 +328,7 @@ impl Choice {
         let mut choice = Self { t, date, r, y, u, lacks, columns: chosen, notes, ..Self::default() };
         choice.find_conditions(&names)?;
         for name in &options.extra {
-            let index = names.place(name).ok_or_else(|| no_column(name, "a further signal", columns))?;
+            let index = names.asked_for(name, "a further signal")?;
             choice.extra.push(Extra { name: name.clone(), index, asked_for: true, text: false });
         }
         if options.keep_extra {
@@ -279,8 +340,7 @@ impl Choice {
     /// The conditions that were asked for; without any, those that modes and qualities carry by themselves.
     fn find_conditions(&mut self, names: &Names) -> Result<()> {
         for when in names.options.when.iter().filter(|when| !when.is_always()) {
-            let index = names.place(&when.column);
-            let index = index.ok_or_else(|| no_column(&when.column, "a condition", names.names))?;
+            let index = names.asked_for(&when.column, "a condition")?;
             self.when.push((index, when.clone()));
         }
         if !names.options.when.is_empty() {
@@ -289,7 +349,12 @@ impl Choice {
         let signals = self.signals();
         for (index, name) in names.names.iter().enumerate().filter(|(index, _)| !signals.contains(index)) {
             let readings = plain(name);
-            let status = readings.iter().find_map(|plain| Some((When::of_status(name, plain)?, plain)));
+            // A column of words may name its mode before its last part: `MODE.ACTUAL`.
+            let before = tag(name).filter(|_| names.kinds.get(index) == Some(&CellKind::Text)).map(plain);
+            let status = readings
+                .iter()
+                .chain(before.iter().flatten())
+                .find_map(|plain| Some((When::of_status(name, plain)?, plain)));
             let Some((when, plain)) = status else { continue };
             let example = format!("{name}={}", When::closed_value(plain));
             let example = if example.contains(' ') { format!("\"{example}\"") } else { example };

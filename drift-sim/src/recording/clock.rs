@@ -1,5 +1,7 @@
 //! What the cells of a time column mean: numbers, in the unit that the column's name states, or dates ([`date`](super::date)).
 //!
+//! Numbers that are a time of our days when they count seconds, milliseconds ... since 1970 do so: loggers write these without
+//! a unit.
 //! Dates count from the recording's first, so that times stay short and exact; without a zone they are taken as they
 //! stand. A clock that is put back shows as time that goes back, which is refused further on; a time of the day that
 //! begins anew is the next day.
@@ -18,6 +20,8 @@ pub(super) use super::date::is_date_or_time;
 const DATE_EXAMPLE: &str =
     "like 2024-05-01 12:00:00.5, 2024-05-01T12:00:00Z, 01.05.2024 12:00:00, 5/1/2024 1:30 PM, 12:00:00";
 const DAY_S: f64 = 86_400.0;
+/// From 1990 to 2100, s since 1970.
+const OUR_DAYS_S: std::ops::Range<f64> = 631_152_000.0..4_102_444_800.0;
 /// From one row to the next at most, s: of two readings of a date the one is taken that is not further.
 const STEP_MAX_S: f64 = 1.5 * DAY_S;
 
@@ -27,6 +31,10 @@ pub(super) struct Clock {
     column: String,
     /// What numbers count.
     unit: TimeUnit,
+    /// Whether that is stated; else the first number may tell.
+    is_stated: bool,
+    /// Whether numbers count from 1970 on.
+    since_1970: bool,
     /// Of numbers that come without their text.
     shortest: Shortest,
     kind: Kind,
@@ -54,19 +62,40 @@ impl Clock {
     pub fn of(column: &str, stated_unit: Option<&str>, order: Option<DateOrder>) -> Result<Self> {
         let stated =
             stated_unit.map(|unit| unit.trim_matches(['(', ')', '[', ']', '<', '>', ' ']).to_lowercase());
-        let exponent = match stated.unwrap_or_else(|| unit(column)).as_str() {
-            "ms" | "msec" | "milliseconds" => -3,
-            "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "microseconds" => -6,
-            "ns" | "nsec" | "nanoseconds" => -9,
+        let unit = stated.unwrap_or_else(|| unit(column));
+        let exponent = exponent(&unit);
+        match unit.as_str() {
             "min" | "minutes" | "h" | "hours" | "d" | "days" => {
                 return Err(Error::new(format!("the time in column '{column}' is not in seconds"))
                     .allowed("s, ms, us, ns, or dates; --columns t= and --sample-time S ignore it"));
             }
-            _ => 0,
-        };
-        let unit = TimeUnit::of(exponent);
-        let (column, shortest, kind) = (column.to_owned(), Shortest::default(), Kind::NotSeen);
-        Ok(Self { column, unit, shortest, kind, order, last_s: 0.0, days: 0.0 })
+            _ => {}
+        }
+        Ok(Self {
+            column: column.to_owned(),
+            unit: TimeUnit::of(exponent.unwrap_or(0)),
+            is_stated: exponent.is_some(),
+            since_1970: false,
+            shortest: Shortest::default(),
+            kind: Kind::NotSeen,
+            order,
+            last_s: 0.0,
+            days: 0.0,
+        })
+    }
+
+    /// The cells are numbers, of which this is the first.
+    fn settle(&mut self, first: Stamp) {
+        if self.kind != Kind::NotSeen {
+            return;
+        }
+        self.kind = Kind::Numbers;
+        let is_of_our_days = |unit: TimeUnit| OUR_DAYS_S.contains(&unit.scale(first).t_s);
+        if !self.is_stated {
+            let unit = [0, -3, -6, -9].into_iter().map(TimeUnit::of).find(|unit| is_of_our_days(*unit));
+            self.unit = unit.unwrap_or(self.unit);
+        }
+        self.since_1970 = is_of_our_days(self.unit);
     }
 
     /// What the cells count, once they are known to be numbers.
@@ -85,7 +114,7 @@ impl Clock {
                 if *mark != DecimalMark::Point {
                     mark.number(cell)?;
                 }
-                self.kind = Kind::Numbers;
+                self.settle(stamp);
                 return Ok(self.unit.scale(stamp));
             }
             if cell.is_empty() || parse_number(cell).is_some() {
@@ -110,7 +139,7 @@ impl Clock {
             return None;
         }
         let stamp = self.shortest.stamp(time)?;
-        self.kind = Kind::Numbers;
+        self.settle(stamp);
         Some(self.unit.scale(stamp))
     }
 
@@ -167,8 +196,12 @@ impl Clock {
         Error::new(format!("'{}' in column '{}' {what}", excerpt(text), self.column)).allowed(allowed)
     }
 
-    /// The date at time 0 as it is written, without its zone: seconds since 1970; `None` of numbers and of times of the day.
+    /// The date at time 0 as it is written, without its zone: seconds since 1970; `None` of times of the day, and of numbers that
+    /// count from elsewhere.
     pub fn zero_s(&self) -> Option<f64> {
+        if self.since_1970 {
+            return Some(0.0);
+        }
         let Kind::Dates { origin, .. } = &self.kind else { return None };
         if origin.writing == Writing::TimeOfDay {
             return None;
@@ -187,8 +220,11 @@ impl Clock {
                 let at = at.map_or_else(|| text.clone(), |at| shown(at, origin.writing));
                 Some(format!("t counts from {at}"))
             }
+            _ if self.since_1970 => {
+                Some(format!("the times in '{column}' count {} since 1970", written(self.unit)))
+            }
             _ if self.unit.exponent() != 0 => {
-                Some(format!("the times in '{column}' are 1e{} s", self.unit.exponent()))
+                Some(format!("the times in '{column}' are {}", written(self.unit)))
             }
             _ => None,
         }
@@ -208,11 +244,36 @@ fn shown(at: Timestamp, writing: Writing) -> String {
     }
 }
 
-/// What a column's name says in brackets or behind its last underscore or blank, in lower case.
+/// How a unit of time is called.
+fn written(unit: TimeUnit) -> &'static str {
+    match unit.exponent() {
+        -3 => "ms",
+        -6 => "us",
+        -9 => "ns",
+        _ => "s",
+    }
+}
+
+/// Tens of seconds in a unit; `None` where it is none of these.
+fn exponent(unit: &str) -> Option<i32> {
+    match unit {
+        "s" | "sec" | "secs" | "seconds" => Some(0),
+        "ms" | "msec" | "millis" | "milliseconds" => Some(-3),
+        "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "micros" | "microseconds" => Some(-6),
+        "ns" | "nsec" | "nanos" | "nanoseconds" => Some(-9),
+        _ => None,
+    }
+}
+
+/// What a column's name says in brackets or behind its last underscore or blank, or behind the word for the time
+/// (`TimeUS`), in lower case; the whole of a name that is a unit.
 fn unit(column: &str) -> String {
-    let name = column.trim_end_matches([')', ']', '>', ' ']);
-    let Some(at) = name.rfind(['(', '[', '<', '_', ' ', '/']) else { return String::new() };
-    name[at..].chars().skip(1).collect::<String>().trim().to_lowercase()
+    let name = column.trim_end_matches([')', ']', '>', ' ']).to_lowercase();
+    if let Some(at) = name.rfind(['(', '[', '<', '_', ' ', '/']) {
+        return name[at..].chars().skip(1).collect::<String>().trim().to_owned();
+    }
+    let behind = ["timestamp", "time"].into_iter().find_map(|word| name.strip_prefix(word)).unwrap_or(&name);
+    if exponent(behind).is_some() { behind.to_owned() } else { String::new() }
 }
 
 #[cfg(test)]
@@ -262,12 +323,39 @@ mod tests {
             ("t [ms]", 5e-3),
             ("time_us", 5e-6),
             ("Time (ns)", 5e-9),
-            ("ms", 5.0),
+            ("ms", 5e-3),
+            ("TimeUS", 5e-6),
+            ("timestamp_ns", 5e-9),
+            ("times", 5.0),
+            ("items", 5.0),
         ] {
             let t = read(column, &["5"]).unwrap()[0];
             assert!((t / expected - 1.0).abs() < 1e-12, "{column}: {t}");
         }
         assert!(read("t_min", &["5"]).unwrap_err().to_string().contains("not in seconds"));
+    }
+
+    #[test]
+    fn numbers_of_our_days_count_from_1970() {
+        for (column, first, start_s) in [
+            ("Time", "1715587200", 1_715_587_200.0),
+            ("Time", "1715587200000", 1_715_587_200.0),
+            ("timestamp", "1715587200000000", 1_715_587_200.0),
+            ("t", "1715587200000000000", 1_715_587_200.0),
+            ("time_ms", "1715587200500", 1_715_587_200.5),
+        ] {
+            let (mut clock, mut mark) = (Clock::of(column, None, None).unwrap(), DecimalMark::Open);
+            assert_eq!(clock.read(first.as_bytes(), &mut mark).unwrap().t_s, start_s, "{first}");
+            assert_eq!(clock.zero_s(), Some(0.0), "{first}");
+        }
+        // A clock that began with the machine, and a unit that is stated.
+        for (column, first, start_s) in
+            [("Time", "5e8", 5e8), ("time_s", "1715587200000", 1_715_587_200_000.0)]
+        {
+            let (mut clock, mut mark) = (Clock::of(column, None, None).unwrap(), DecimalMark::Open);
+            assert_eq!(clock.read(first.as_bytes(), &mut mark).unwrap().t_s, start_s, "{column}");
+            assert_eq!(clock.zero_s(), None, "{column}");
+        }
     }
 
     #[test]

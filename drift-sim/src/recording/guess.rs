@@ -1,172 +1,16 @@
 //! Which column is which signal, where nobody said so: by the names that loggers and control systems give them.
 //!
-//! A guess is only made where one column fits, and is told in a line. Tags count by their last part
-//! (`TIC101.SP`), units at the end don't (`SP [degC]`, `time_s`).
+//! A guess is only made where one column fits, and is told in a line. Tags count by their last part or their last two
+//! (`TIC101.SP`, `loop_set_point`), units at the end don't (`SP [degC]`, `time_s`), nor does a last part that several signals
+//! have (`SP.CV`, `PV.CV`). A column of words is no signal where a column of numbers fits.
+
+use std::collections::{HashMap, HashSet};
+
+use super::cell_kind::CellKind;
+use super::usual_names::{ACTUATORS, DATES, EITHER, NAMES, OUTPUT, QUANTITIES, UNITS};
 
 /// The signals, in the order of every table here.
 pub(super) const SIGNALS: [&str; 4] = ["t", "r", "y", "u"];
-
-/// Usual names in English, German, French, Spanish, Italian and Portuguese, in lower case without accents and without
-/// anything between their letters.
-const NAMES: [&[&str]; 4] = [
-    &[
-        "t",
-        "time",
-        "times",
-        "timestamp",
-        "datetime",
-        "timestamps",
-        "seconds",
-        "sec",
-        "elapsed",
-        "elapsedtime",
-        "zeit",
-        "zeitstempel",
-        "uhrzeit",
-        "zeitpunkt",
-        "temps",
-        "horodatage",
-        "horodate",
-        "heure",
-        "tiempo",
-        "hora",
-        "fechahora",
-        "fechayhora",
-        "tempo",
-        "ora",
-        "orario",
-        "dataora",
-        "dataeora",
-        "datahora",
-        "datumuhrzeit",
-        "datumzeit",
-        "dateheure",
-        "dateetheure",
-        "datetemps",
-        "instante",
-    ],
-    &[
-        "r",
-        "sp",
-        "setpoint",
-        "setpt",
-        "ref",
-        "reference",
-        "setvalue",
-        "target",
-        "desired",
-        "command",
-        "cmd",
-        "setpointvalue",
-        "wsp",
-        "activesetpoint",
-        "soll",
-        "sollwert",
-        "fuhrungsgrosse",
-        "fuehrungsgroesse",
-        "fuhrungsgroesse",
-        "consigne",
-        "valeurdeconsigne",
-        "pointdeconsigne",
-        "consigna",
-        "referencia",
-        "valorconsigna",
-        "puntodeconsigna",
-        "valordeseado",
-        "riferimento",
-        "valoredesiderato",
-        "valoreimpostato",
-        "setpointpid",
-        "valordesejado",
-        "valordereferencia",
-        "pontodeajuste",
-    ],
-    &[
-        "y",
-        "pv",
-        "processvariable",
-        "processvalue",
-        "measurement",
-        "measured",
-        "measuredvalue",
-        "meas",
-        "actual",
-        "actualvalue",
-        "feedback",
-        "ist",
-        "istwert",
-        "messwert",
-        "regelgrosse",
-        "regelgroesse",
-        "mesure",
-        "valeurmesuree",
-        "grandeurreglee",
-        "medida",
-        "medicion",
-        "valormedido",
-        "variabledeproceso",
-        "misura",
-        "misurato",
-        "valoremisurato",
-        "variabilediprocesso",
-        "medicao",
-        "variaveldeprocesso",
-        "valoratual",
-    ],
-    &[
-        "u",
-        "op",
-        "co",
-        "mv",
-        "out",
-        "controlleroutput",
-        "controloutput",
-        "manipulatedvariable",
-        "control",
-        "controlsignal",
-        "controleffort",
-        "effort",
-        "actuation",
-        "stellwert",
-        "stellgrosse",
-        "stellgroesse",
-        "reglerausgang",
-        "commande",
-        "sortieregulateur",
-        "sortie",
-        "grandeurreglante",
-        "salida",
-        "senaldecontrol",
-        "salidadelcontrolador",
-        "uscita",
-        "uscitaregolatore",
-        "variabilemanipolata",
-        "saida",
-        "saidadocontrolador",
-        "sinaldecontrole",
-        "pwm",
-    ],
-];
-
-/// Names of a date, which stands alone or beside the time of the day. They mean a time where there is no other.
-const DATES: &[&str] = &["date", "datum", "fecha", "data", "jour", "dia", "giorno", "tag", "day"];
-
-/// Names that mean one of two signals: the one that is not there otherwise.
-const EITHER: [(&[&str], [usize; 2]); 4] = [
-    (&["output"], [2, 3]),
-    (
-        &["temp", "temperature", "temperatur", "speed", "position", "level", "pressure", "flow", "value"],
-        [2, 3],
-    ),
-    (&["cmd", "command", "comando"], [1, 3]),
-    (&["position"], [2, 1]),
-];
-
-/// Units that may end a name without changing what it is.
-const UNITS: [&str; 27] = [
-    "s", "sec", "seconds", "ms", "us", "ns", "percent", "pct", "degc", "degf", "c", "k", "v", "a", "rpm",
-    "bar", "m", "mm", "rad", "deg", "hz", "rads", "ms1", "n", "nm", "kpa", "w",
-];
 
 /// What the names say of one signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -178,38 +22,37 @@ pub(super) enum Guess {
 }
 
 /// Guesses the signals whose place isn't known yet, given as index by signal; and the column of the date where t is the
-/// time of the day beside it.
-pub(super) fn guess(names: &[String], known: [Option<usize>; 4]) -> ([Guess; 4], Option<usize>) {
-    let readings: Vec<[String; 2]> = names.iter().map(|name| plain(name)).collect();
-    let named = Named { names, readings: &readings, known };
+/// time of the day beside it. What the columns hold counts where it is known.
+pub(super) fn guess(
+    names: &[String],
+    kinds: &[CellKind],
+    known: [Option<usize>; 4],
+) -> ([Guess; 4], Option<usize>) {
+    let readings = readings(names);
+    let named = Named { names, readings: &readings, kinds, known };
     let mut found = known.map(|index| index.map_or(Guess::Nothing, Guess::Column));
     for (signal, usual) in NAMES.iter().enumerate() {
         // Of r and u a command is the one that is not there otherwise.
         let usual: Vec<&str> = usual.iter().copied().filter(|name| !EITHER[2].0.contains(name)).collect();
         if found[signal] == Guess::Nothing {
-            found[signal] = named.best(&usual, &found);
+            found[signal] = named.best(signal, &usual, &found);
         }
     }
     let mut date = None;
     if known[0].is_none()
-        && let Guess::Column(index) = named.best(DATES, &found)
+        && let Guess::Column(index) = named.best(0, DATES, &found)
+        && kinds.get(index) != Some(&CellKind::Text)
     {
         match found[0] {
             Guess::Nothing => found[0] = Guess::Column(index),
             _ => date = Some(index),
         }
     }
-    // Each round settles one signal or is the last.
-    for _ in 0..SIGNALS.len() {
-        for (words, [one, other]) in EITHER {
-            let signal = match (found[one], found[other]) {
-                (Guess::Nothing, Guess::Column(_)) => one,
-                (Guess::Column(_), Guess::Nothing) => other,
-                _ => continue,
-            };
-            found[signal] = named.best(words, &found);
-        }
+    if found[0] == Guess::Nothing {
+        found[0] = named.only_dates(&found);
     }
+    named.guess_by_the_others(&mut found);
+    named.guess_by_quantities(&mut found);
     (found, date)
 }
 
@@ -222,20 +65,82 @@ pub(super) fn is_usual(name: &str) -> bool {
 /// The columns and how their names read.
 struct Named<'a> {
     names: &'a [String],
-    readings: &'a [[String; 2]],
+    readings: &'a [[String; 3]],
+    kinds: &'a [CellKind],
     known: [Option<usize>; 4],
 }
 
 impl Named<'_> {
+    /// Names that mean one of two signals mean the one that is not there otherwise.
+    fn guess_by_the_others(&self, found: &mut [Guess; 4]) {
+        // Each round settles one signal or is the last.
+        for _ in 0..SIGNALS.len() {
+            for (words, [one, other]) in EITHER {
+                let signal = match (found[one], found[other]) {
+                    (Guess::Nothing, Guess::Column(_)) => one,
+                    (Guess::Column(_), Guess::Nothing) => other,
+                    _ => continue,
+                };
+                found[signal] = self.best(signal, words, found);
+            }
+        }
+    }
+
+    /// Where neither y nor u has a name of its own: a quantity is what an actuator or an output moves. An actuator is u
+    /// where y is known, too.
+    fn guess_by_quantities(&self, found: &mut [Guess; 4]) {
+        if found[3] != Guess::Nothing {
+            return;
+        }
+        let y = match found[2] {
+            Guess::Nothing => self.best(2, QUANTITIES, found),
+            known => known,
+        };
+        let Guess::Column(_) = y else { return };
+        let with_y = [found[0], found[1], y, found[3]];
+        let u = match self.best(3, ACTUATORS, &with_y) {
+            Guess::Nothing => self.best(3, OUTPUT, &with_y),
+            found => found,
+        };
+        if let Guess::Column(_) = u {
+            (found[2], found[3]) = (y, u);
+        }
+    }
+
+    /// The one column of dates, whatever its name.
+    fn only_dates(&self, found: &[Guess; 4]) -> Guess {
+        let is_date = |index: &usize| {
+            self.kinds.get(*index) == Some(&CellKind::Date) && !found.contains(&Guess::Column(*index))
+        };
+        let mut dates = (0..self.names.len()).filter(is_date);
+        match (dates.next(), dates.next()) {
+            (Some(one), None) => Guess::Column(one),
+            _ => Guess::Nothing,
+        }
+    }
+
     /// The one column of these names: whole names before tags, and of several tags the one of a loop that is known.
-    fn best(&self, usual: &[&str], found: &[Guess; 4]) -> Guess {
-        let free = |i: &usize| !found.contains(&Guess::Column(*i));
-        for reading in 0..2 {
+    fn best(&self, signal: usize, usual: &[&str], found: &[Guess; 4]) -> Guess {
+        let kind = |index: usize| self.kinds.get(index).copied().unwrap_or_default();
+        // Dates are a better time than numbers. A column of words is only named where nothing else could be meant: its error
+        // says what it holds.
+        let is_better = |index: usize| {
+            if signal == 0 { kind(index) == CellKind::Date } else { kind(index) != CellKind::Text }
+        };
+        let better = self.best_of(usual, &|i| !found.contains(&Guess::Column(i)) && is_better(i));
+        match better {
+            Guess::Nothing => self.best_of(usual, &|i| !found.contains(&Guess::Column(i))),
+            found => found,
+        }
+    }
+
+    fn best_of(&self, usual: &[&str], is_free: &dyn Fn(usize) -> bool) -> Guess {
+        for reading in 0..3 {
             let fits: Vec<usize> = (0..self.names.len())
                 .filter(|i| {
                     self.readings.get(*i).is_some_and(|names| usual.contains(&names[reading].as_str()))
                 })
-                .filter(free)
+                .filter(|i| is_free(*i))
                 .collect();
             match fits.as_slice() {
                 [] => {}
@@ -261,7 +166,7 @@ impl Named<'_> {
 }
 
 /// What stands before the last part of a tag.
-fn tag(name: &str) -> Option<&str> {
+pub(super) fn tag(name: &str) -> Option<&str> {
     let at = name.rfind(['.', '/', ':', '_', '-', ' ', '\\'])?;
     name.get(..at).filter(|tag| !tag.is_empty())
 }
@@ -308,11 +213,34 @@ fn without_accents(text: &str) -> String {
         .collect()
 }
 
-/// A name without anything between its letters: the whole of it, and the last part of a tag.
-pub(super) fn plain(name: &str) -> [String; 2] {
-    let mut parts = parts(name);
-    let whole = parts.concat();
-    [whole, parts.pop().unwrap_or_default()]
+/// A name without anything between its letters: the whole of it, and the last two parts and the last part of a tag.
+pub(super) fn plain(name: &str) -> [String; 3] {
+    read(&parts(name))
+}
+
+fn read(parts: &[String]) -> [String; 3] {
+    let last = |count: usize| parts.get(parts.len().saturating_sub(count)..).unwrap_or_default().concat();
+    [parts.concat(), last(2), last(1)]
+}
+
+/// How all names read. A last part that several names of signals stand before, as in `SP.CV` and `PV.CV`, tells nothing.
+fn readings(names: &[String]) -> Vec<[String; 3]> {
+    let mut all: Vec<Vec<String>> = names.iter().map(|name| parts(name)).collect();
+    let mut signals_before: HashMap<String, HashSet<String>> = HashMap::new();
+    for parts in &all {
+        if let [.., before, last] = parts.as_slice()
+            && NAMES.iter().chain([&EITHER[2].0]).any(|usual| usual.contains(&before.as_str()))
+        {
+            signals_before.entry(last.clone()).or_default().insert(before.clone());
+        }
+    }
+    for parts in &mut all {
+        let is_shared = |last: &String| signals_before.get(last).is_some_and(|before| before.len() > 1);
+        if parts.len() > 1 && parts.last().is_some_and(is_shared) {
+            parts.pop();
+        }
+    }
+    all.iter().map(|parts| read(parts)).collect()
 }
 
 #[cfg(test)]
@@ -320,7 +248,7 @@ mod tests {
     use super::*;
 
     fn guessed(names: &[&str]) -> [Guess; 4] {
-        guess(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>(), [None; 4]).0
+        guess(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>(), &[], [None; 4]).0
     }
 
     #[test]
@@ -346,6 +274,14 @@ mod tests {
             ["Data/Ora", "Setpoint", "Valore misurato", "Uscita"],
             ["Data", "Refer\u{ea}ncia", "Medi\u{e7}\u{e3}o", "Sa\u{ed}da"],
             ["time", "extruder.target", "extruder.temp", "extruder.pwm"],
+            ["Date/Time", "TIC101.SV", "TIC101.PV", "TIC101.MV"],
+            ["DateAndTime", "[PLC]TIC101.SP", "[PLC]TIC101.PV", "[PLC]TIC101.CV"],
+            ["Date Time", "TIC-101/PID1/SP.CV", "TIC-101/PID1/PV.CV", "TIC-101/PID1/OUT.CV"],
+            ["Zeitstempel", "TIC101/PID.SP_EXT", "TIC101/PID.PV_IN", "TIC101/PID.LMN"],
+            ["__time", "/loop/ref/data", "/loop/state/data", "/loop/cmd/data"],
+            ["ms", "oven.set_point", "oven.process_value", "oven.control_output"],
+            ["time", "oven_setpoint", "oven_temperature", "heater_output"],
+            ["TimeUS", "target", "Temperature", "Valve"],
         ] {
             assert_eq!(guessed(&names), [0, 1, 2, 3].map(Guess::Column), "{names:?}");
         }
@@ -365,21 +301,21 @@ mod tests {
     #[test]
     fn a_date_goes_with_the_time_of_the_day() {
         let names = ["Datum", "Uhrzeit", "Sollwert", "Istwert", "Stellwert"].map(String::from);
-        let (found, date) = guess(&names, [None; 4]);
+        let (found, date) = guess(&names, &[], [None; 4]);
         assert_eq!((found[0], date), (Guess::Column(1), Some(0)));
     }
 
     #[test]
     fn of_several_loops_the_one_that_is_named_is_meant() {
         let names = ["t", "T1.SP", "T1.PV", "T1.OP", "T2.SP", "T2.PV", "T2.OP"].map(String::from);
-        let found = guess(&names, [None, None, Some(5), None]).0;
+        let found = guess(&names, &[], [None, None, Some(5), None]).0;
         assert_eq!(found, [0, 4, 5, 6].map(Guess::Column));
     }
 
     #[test]
     fn what_is_known_is_not_guessed_again() {
         let names = ["a", "sp", "pv", "out"].map(String::from);
-        let found = guess(&names, [None, None, Some(3), None]).0;
+        let found = guess(&names, &[], [None, None, Some(3), None]).0;
         assert_eq!(found[2], Guess::Column(3));
         assert_eq!(found[3], Guess::Nothing);
     }

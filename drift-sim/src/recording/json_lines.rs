@@ -1,30 +1,33 @@
 //! JSON lines (jsonlines.org): one object a line, `{"t": 0.1, "r": 1, "y": 0.98, "u": 3.2}`. The names are those of the
-//! first objects; a value within an object or a list is a column `loop.y` or `y[0]`. What an object lacks is missing.
+//! first objects; a value within an object or a list is a column `loop.y` or `y[0]`. What an object lacks is missing. A list
+//! of objects over the whole file is read as well, however its lines are broken.
 
 use std::collections::HashMap;
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::io::{Cursor, Read};
 
 use serde_json::Value;
 
+use super::cell_kind::CellKind;
 use super::decimal::DecimalMark;
+use super::format::Source;
+use super::json_objects::Objects;
+use super::long_table::LongTable;
 use super::records::{Record, Records};
-use super::row::excerpt;
+use super::row::{Rows, excerpt};
 use super::text_rows::{Header, TextRows};
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 
-/// A line longer than this is no record.
-const LINE_BYTES_MAX: u64 = 1 << 20;
 /// Objects that the names are taken from: signals may come at rates of their own.
-const NAMING_LINES: usize = 100;
+const NAMING_OBJECTS: usize = 100;
 /// Columns, at most.
 const COLUMNS_MAX: usize = 10_000;
-/// Bytes asked of the system at a time.
-const BUFFER_BYTES: usize = 1 << 18;
-
+/// What is looked at to see whether the objects stand in a list.
+const START_BYTES: u64 = 1 << 12;
 /// Whether a text begins like one: with an object, on one line or cut off.
 pub(super) fn is_json_lines(start: &[u8]) -> bool {
     let text = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
+    let text = text.strip_prefix(b"[").map_or(text, <[u8]>::trim_ascii_start);
     let inside = text.strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
     inside.is_some_and(|inside| inside.starts_with(b"\"") || inside.starts_with(b"}"))
 }
@@ -33,55 +36,71 @@ pub(super) fn is_json_lines(start: &[u8]) -> bool {
 ///
 /// # Errors
 /// A line is no object, or lacks a column.
-pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Result<TextRows<JsonRecords>> {
-    let mut source = BufReader::with_capacity(BUFFER_BYTES, source);
-    let (mut head, mut names, mut places) = (Vec::new(), Vec::new(), HashMap::new());
-    for number in 1..=NAMING_LINES {
-        let Some(line) = next_line(&mut source, number as u64)? else { break };
-        // A broken line is told when its turn comes.
-        if let Ok(Some(value)) = object(&line, number as u64) {
-            visit(&value, "", &mut |name, _| {
-                if !places.contains_key(name) && names.len() < COLUMNS_MAX {
-                    places.insert(name.to_owned(), names.len());
-                    names.push(name.to_owned());
-                }
-            });
-        }
-        head.extend(line);
+pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows>> {
+    let mut start = Vec::new();
+    let mut reader = source.reader;
+    let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
+    reader.by_ref().take(START_BYTES).read_to_end(&mut start).map_err(refused)?;
+    let is_list = start.iter().find(|byte| b"{[".contains(byte)) == Some(&b'[');
+    let mut objects = Objects::of(Box::new(Cursor::new(start).chain(reader)), is_list);
+    // A broken object is told when its turn comes.
+    let first = objects.look(NAMING_OBJECTS)?;
+    let first: Vec<Value> = first.filter_map(|(text, line)| object(text, line).ok().flatten()).collect();
+    let (mut names, mut places) = (Vec::new(), HashMap::new());
+    for value in &first {
+        visit(value, "", &mut |name, _| {
+            if !places.contains_key(name) && names.len() < COLUMNS_MAX {
+                places.insert(name.to_owned(), names.len());
+                names.push(name.to_owned());
+            }
+        });
     }
-    let source = Box::new(BufReader::with_capacity(BUFFER_BYTES, Cursor::new(head).chain(source)));
-    let cells = vec![String::new(); names.len()];
-    let records = JsonRecords { source, places, cells, line: 0 };
-    TextRows::new(records, Header { names, units: Vec::new(), mark: DecimalMark::Point }, options)
+    let mut cells = vec![String::new(); names.len()];
+    let rows: Vec<Vec<String>> = first
+        .iter()
+        .map(|object| {
+            write_cells(object, &places, &mut cells);
+            cells.clone()
+        })
+        .collect();
+    let kinds = CellKind::of_columns(names.len(), rows.iter().map(|row| row.iter().map(String::as_str)));
+    let records = JsonRecords { objects, places, cells };
+    let header = Header { names, units: Vec::new(), kinds, mark: DecimalMark::Point };
+    match LongTable::of(&header, options) {
+        Some(long) => Ok(Box::new(long.rows(records, header, options, &source.budget)?)),
+        None => Ok(Box::new(TextRows::new(records, header, options)?)),
+    }
+}
+
+/// The values of an object, each in the cell of its name.
+fn write_cells(object: &Value, places: &HashMap<String, usize>, cells: &mut [String]) {
+    cells.iter_mut().for_each(String::clear);
+    visit(object, "", &mut |name, value| {
+        if let Some(cell) = places.get(name).and_then(|place| cells.get_mut(*place)) {
+            write_cell(cell, value);
+        }
+    });
 }
 
 /// Objects, one after the other.
-pub(super) struct JsonRecords {
-    source: Box<dyn BufRead + Send>,
+struct JsonRecords {
+    objects: Objects,
     places: HashMap<String, usize>,
     cells: Vec<String>,
-    line: u64,
 }
 
 impl Records for JsonRecords {
     fn next(&mut self, record: &mut Record, quality: &mut Quality) -> Result<Option<u64>> {
         loop {
-            let Some(line) = next_line(&mut self.source, self.line + 1)? else { return Ok(None) };
-            self.line += 1;
-            let Some(value) = object(&line, self.line)? else {
+            let Some((text, line)) = self.objects.next()? else { return Ok(None) };
+            let Some(value) = object(&text, line)? else {
                 quality.blank_lines += 1;
                 continue;
             };
-            self.cells.iter_mut().for_each(String::clear);
-            let (places, cells) = (&self.places, &mut self.cells);
-            visit(&value, "", &mut |name, value| {
-                if let Some(cell) = places.get(name).and_then(|place| cells.get_mut(*place)) {
-                    write_cell(cell, value);
-                }
-            });
+            write_cells(&value, &self.places, &mut self.cells);
             record.clear();
             self.cells.iter().for_each(|cell| record.push(cell.as_bytes()));
-            return Ok(Some(self.line));
+            return Ok(Some(line));
         }
     }
 }
@@ -95,17 +114,6 @@ fn write_cell(cell: &mut String, value: &Value) {
     }
 }
 
-/// The next line with its end; `None` behind the last.
-fn next_line(source: &mut impl BufRead, number: u64) -> Result<Option<Vec<u8>>> {
-    let mut line = Vec::new();
-    let read = source.by_ref().take(LINE_BYTES_MAX + 1).read_until(b'\n', &mut line);
-    read.map_err(|e| Error::new(format!("can't be read: {e}")).at_line(number))?;
-    if line.len() as u64 > LINE_BYTES_MAX {
-        return Err(Error::new("a line of more than 1 MiB").at_line(number));
-    }
-    Ok((!line.is_empty()).then_some(line))
-}
-
 /// The object of a line; `None` where the line is empty.
 fn object(line: &[u8], number: u64) -> Result<Option<Value>> {
     let text = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii();
@@ -114,12 +122,17 @@ fn object(line: &[u8], number: u64) -> Result<Option<Value>> {
     }
     match serde_json::from_slice::<Value>(text) {
         Ok(value @ Value::Object(_)) => Ok(Some(value)),
-        Ok(_) => Err(Error::new("no object").allowed("one JSON object on each line").at_line(number)),
+        Ok(_) => Err(open_error("no object").at_line(number)),
         Err(e) => {
             let what = format!("no JSON: '{}': {e}", excerpt(&String::from_utf8_lossy(text)));
-            Err(Error::new(what).allowed("one object on each line").at_line(number))
+            Err(open_error(&what).at_line(number))
         }
     }
+}
+
+/// What is wrong, with what is allowed.
+pub(super) fn open_error(what: &str) -> Error {
+    Error::new(what).allowed("one JSON object on each line, or a list of objects")
 }
 
 /// Every value that holds no others, with its name.

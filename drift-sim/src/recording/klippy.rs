@@ -86,7 +86,8 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
         notes,
         law: law.map(Controller::Pid),
     };
-    TextRows::new(records, Header { names, units: Vec::new(), mark: DecimalMark::Point }, &options)
+    let header = Header { names, units: Vec::new(), kinds: Vec::new(), mark: DecimalMark::Point };
+    TextRows::new(records, header, &options)
 }
 
 /// What the beginning of a log says.

@@ -8,6 +8,7 @@
 #[cfg(feature = "blackbox")]
 mod blackbox;
 mod budget;
+mod cell_kind;
 mod choice;
 mod clock;
 mod closed;
@@ -23,7 +24,9 @@ mod format;
 mod guess;
 mod gzip;
 mod json_lines;
+mod json_objects;
 mod klippy;
+mod long_table;
 mod matlab;
 mod matlab4;
 #[cfg(feature = "matlab73")]
@@ -51,6 +54,7 @@ mod stretch;
 mod table;
 mod text_rows;
 mod ulog;
+mod usual_names;
 mod when;
 mod write;
 

@@ -36,6 +36,8 @@ pub struct Overview {
     pub quality: Quality,
     /// Time of each row, s; where there are no stamps, from the sample time.
     pub t_s: Vec<f64>,
+    /// The date at t = 0 as written, in seconds since 1970; `None` where there are no dates.
+    pub zero_s: Option<f64>,
     /// Reference; NaN where it is missing.
     pub r: Vec<f64>,
     /// Measured output.
@@ -147,6 +149,7 @@ impl Overview {
         overview.names = rows.names().to_vec();
         overview.columns = rows.choice().columns.clone();
         overview.notes = rows.notes();
+        overview.zero_s = rows.zero_s();
         if let Some(lack) = &rows.choice().lacks {
             (overview.lacks, overview.example) = (Some(lack.says.clone()), lack.example.clone());
         }

@@ -1,5 +1,6 @@
 //! Rows of numbers out of records of text: what every format of text has in common.
 
+use super::cell_kind::CellKind;
 use super::choice::Choice;
 use super::clock::Clock;
 use super::decimal::{DecimalMark, parse_number, with_point};
@@ -36,6 +37,8 @@ pub(super) struct Header {
     pub names: Vec<String>,
     /// What stands below the names in a row of units; empty where there is none.
     pub units: Vec<String>,
+    /// What the columns hold, where that is known.
+    pub kinds: Vec<CellKind>,
     pub mark: DecimalMark,
 }
 
@@ -45,8 +48,8 @@ impl<R: Records> TextRows<R> {
     /// # Errors
     /// A column is missing, or two are called the same.
     pub fn new(records: R, header: Header, options: &ReadOptions) -> Result<Self> {
-        let Header { names, units, mark } = header;
-        let choice = Choice::of(&names, options)?;
+        let Header { names, units, kinds, mark } = header;
+        let choice = Choice::among(&names, &kinds, options)?;
         let clock = choice.t.map(|t| {
             let unit = units.get(t).filter(|unit| !unit.is_empty());
             Clock::of(&names[t], unit.map(String::as_str), options.date_order)

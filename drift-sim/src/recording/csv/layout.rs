@@ -1,11 +1,13 @@
 //! What a text looks like, from its beginning: which separator, where the header is, what stands before and below it.
 //!
 //! The rows of data say it: of all separators the one that splits most lines into the same number of cells of which at least
-//! half are numbers or dates. The header is the first of the lines directly above them that has as many cells; lines
-//! between the two hold units or descriptions, lines before it are no part of the table.
+//! half are numbers or dates; one with a header above them is preferred. The header is the first of the lines directly above
+//! them that has as many cells; lines between the two hold units or descriptions, lines before it are no part of the table.
 
 use super::blanks;
+use super::labels::{self, Labels};
 use crate::recording::ReadOptions;
+use crate::recording::cell_kind::CellKind;
 use crate::recording::clock::is_date_or_time;
 use crate::recording::decimal::{parse_number, with_point};
 use crate::{Error, Result};
@@ -19,6 +21,8 @@ const BELOW_MAX: usize = 3;
 /// A separator that splits this part of as many lines as the best does, and stands before it in the list, is taken:
 /// within cells commas and blanks are common, tabs and semicolons are not.
 const NEARLY: f64 = 0.8;
+/// Rows below a header that are so many times as many as all rows before it are the table; those before describe it.
+const MANY_TIMES: usize = 10;
 
 /// What stands between the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +61,7 @@ impl Separator {
     }
 
     /// The cells of a line without blanks and quotes around them.
-    fn cells(self, line: &str) -> Vec<&str> {
+    pub fn cells(self, line: &str) -> Vec<&str> {
         let bare =
             |from: usize, to: usize| line.get(from..to).unwrap_or_default().trim().trim_matches('"').trim();
         let (mut cells, mut from, mut quoted) = (Vec::new(), 0, false);
@@ -91,6 +95,10 @@ pub(super) struct Layout {
     pub rows_below: usize,
     /// The sign that begins comments.
     pub comment: Option<u8>,
+    /// The names that stand before every value.
+    pub labels: Option<Labels>,
+    /// What the columns hold in the first rows.
+    pub kinds: Vec<CellKind>,
     /// Lines before the header that are no part of the table.
     lines_before: usize,
     /// A date and a time under one name.
@@ -124,6 +132,11 @@ impl Layout {
         if stated.is_some() {
             lines.remove(0);
         }
+        if stated.is_none()
+            && let Some(layout) = Self::labelled(&lines)
+        {
+            return layout;
+        }
         let table = match stated {
             Some(separator) => Table::found(separator, &lines),
             None => Table::likely(&lines),
@@ -131,6 +144,16 @@ impl Layout {
         let first = lines.first().map_or((0, 1), |line| (line.from, line.number));
         let Some(table) = table else { return Self::plain(&lines, stated, first) };
         table.layout(&lines)
+    }
+
+    /// Lines in which a name stands before each value.
+    fn labelled(lines: &[Line]) -> Option<Self> {
+        let texts: Vec<&str> = lines.iter().map(|line| line.text).collect();
+        let (labels, first) = Labels::of(&texts)?;
+        let line = lines.get(first)?;
+        let layout = Self::plain(&[], Some(Separator::Byte(labels::SEPARATOR)), (line.from, line.number));
+        let names = Some(labels.names.clone());
+        Some(Self { names, lines_before: first, labels: Some(labels), ..layout })
     }
 
     /// No row of data was found: the first line is the header.
@@ -150,6 +173,8 @@ impl Layout {
             body_line,
             rows_below: 0,
             comment: None,
+            labels: None,
+            kinds: Vec::new(),
             lines_before: 0,
             splits_date: false,
         }
@@ -207,26 +232,72 @@ impl Table {
     fn likely(lines: &[Line]) -> Option<Self> {
         let tables: Vec<Self> = SEPARATORS.into_iter().filter_map(|s| Self::found(s, lines)).collect();
         let most = tables.iter().map(|table| table.rows).max()?;
-        tables.into_iter().find(|table| table.rows as f64 >= NEARLY * most as f64)
+        let likely = || tables.iter().filter(|table| table.rows as f64 >= NEARLY * most as f64);
+        let found = likely().find(|table| table.has_full_header(lines)).or_else(|| likely().next())?;
+        Some(Self { ..*found })
+    }
+
+    /// Whether the header has as many cells as the rows.
+    fn has_full_header(&self, lines: &[Line]) -> bool {
+        let header = self.header(lines).and_then(|place| lines.get(place));
+        header.is_some_and(|line| self.separator.cells(line.text).len() == self.width)
     }
 
     fn found(separator: Separator, lines: &[Line]) -> Option<Self> {
-        // (width, how often, the first line of it), in the order in which they appear.
-        let mut widths: Vec<(usize, usize, usize)> = Vec::new();
+        // (width, the places of its lines), in the order in which they appear.
+        let mut widths: Vec<(usize, Vec<usize>)> = Vec::new();
         for (place, line) in lines.iter().enumerate().filter(|(_, line)| line.comment.is_none()) {
             let cells = separator.cells(line.text);
             if cells.len() < 2 || !is_data(&cells) {
                 continue;
             }
-            match widths.iter_mut().find(|(width, _, _)| *width == cells.len()) {
-                Some((_, count, _)) => *count += 1,
-                None => widths.push((cells.len(), 1, place)),
+            match widths.iter_mut().find(|(width, _)| *width == cells.len()) {
+                Some((_, places)) => places.push(place),
+                None => widths.push((cells.len(), vec![place])),
             }
         }
         // Of equally many the first counts.
-        let most = widths.iter().map(|(_, count, _)| *count).max()?;
-        let (width, rows, first) = widths.into_iter().find(|(_, count, _)| *count == most)?;
-        Some(Self { separator, width, rows, first })
+        let most = widths.iter().map(|(_, places)| places.len()).max()?;
+        let (width, places) = widths.into_iter().find(|(_, places)| places.len() == most)?;
+        let first = Self::first_row(separator, lines, &places)?;
+        Some(Self { separator, width, rows: most, first })
+    }
+
+    /// Where the rows begin. Rows that come before a header and are few beside those below it describe the table, as
+    /// the number of samples and the time of a measurement do.
+    fn first_row(separator: Separator, lines: &[Line], places: &[usize]) -> Option<usize> {
+        let are_names = |place: usize| {
+            let cells = lines.get(place).map(|line| separator.cells(line.text)).unwrap_or_default();
+            filled(&cells) > 1 && is_names(&cells)
+        };
+        let begins_below_header = |at: usize| {
+            let (Some(before), Some(place)) = (places.get(at.wrapping_sub(1)), places.get(at)) else {
+                return false;
+            };
+            let is_many = places.len() - at >= MANY_TIMES * at;
+            is_many && *before + 1 < *place && are_names(*place - 1)
+        };
+        let at = (1..places.len()).rev().find(|at| begins_below_header(*at)).unwrap_or(0);
+        let mut first = places.get(at).copied()?;
+        // Rows above with fewer values, as that of a sensor which says that it isn't there, are rows as well.
+        let width = lines.get(first).map(|line| separator.cells(line.text).len());
+        while let Some(above) = first.checked_sub(1).and_then(|at| lines.get(at)) {
+            let cells = separator.cells(above.text);
+            let is_row = above.comment.is_none()
+                && Some(cells.len()) == width
+                && cells.iter().any(|cell| is_number_or_date(cell));
+            if !is_row {
+                break;
+            }
+            first -= 1;
+        }
+        Some(first)
+    }
+
+    /// What the columns hold.
+    fn kinds(&self, lines: &[Line]) -> Vec<CellKind> {
+        let rows = lines.iter().skip(self.first).filter(|line| line.comment.is_none());
+        CellKind::of_columns(self.width, rows.map(|line| self.separator.cells(line.text)))
     }
 
     fn layout(&self, lines: &[Line]) -> Layout {
@@ -243,6 +314,8 @@ impl Table {
                 body_line,
                 rows_below,
                 comment,
+                labels: None,
+                kinds: self.kinds(lines),
                 lines_before,
                 splits_date: self.splits_date(lines, header),
                 names,
@@ -252,7 +325,7 @@ impl Table {
             // Empty rows between the header and the data are data.
             let below =
                 lines.iter().take(self.first).skip(place + 1).map(|line| self.separator.cells(line.text));
-            let below = below.filter(|cells| self.is_header(cells) && !is_empty(cells)).count();
+            let below = below.filter(|cells| is_names(cells) && !is_empty(cells)).count();
             return layout(None, place, below.min(BELOW_MAX), place);
         }
         let above =
@@ -278,7 +351,7 @@ impl Table {
             }
             let names = filled(&cells);
             let fits = header.map_or(names > 1, |(_, below)| cells.len() == self.width && names >= below);
-            if line.comment.is_some() || !fits || !self.is_header(&cells) {
+            if line.comment.is_some() || !fits || !is_names(&cells) {
                 break;
             }
             header = Some((place, names));
@@ -292,10 +365,6 @@ impl Table {
         let next = lines.get(self.first + 1).map(|line| self.separator.cells(line.text))?;
         let is_name = |(name, cell): (&&str, &&str)| !is_value(name) && is_value(cell) && !cell.is_empty();
         (names.len() == next.len() && names.iter().zip(&next).any(is_name)).then_some(self.first)
-    }
-
-    fn is_header(&self, cells: &[&str]) -> bool {
-        !cells.iter().any(|cell| is_value(cell) && !cell.is_empty())
     }
 
     /// Whether the data begin with a date and a time that the header has one name for.
@@ -316,6 +385,16 @@ fn is_empty(cells: &[&str]) -> bool {
     cells.iter().all(|cell| parse_number(cell.as_bytes()).is_some_and(f64::is_nan))
 }
 
+/// Whether none of these is a number or a date: names, units, descriptions.
+fn is_names(cells: &[&str]) -> bool {
+    !cells.iter().any(|cell| is_number_or_date(cell))
+}
+
+/// A value that is no word for nothing.
+fn is_number_or_date(cell: &str) -> bool {
+    is_value(cell) && !parse_number(cell.as_bytes()).is_some_and(f64::is_nan)
+}
+
 /// A number with a point or a comma, nothing at all, a word for nothing, a date or a time.
 fn is_value(cell: &str) -> bool {
     parse_number(cell.as_bytes()).is_some() || with_point(cell.as_bytes()).is_some() || is_date_or_time(cell)
@@ -326,11 +405,11 @@ fn filled(cells: &[&str]) -> usize {
     cells.iter().filter(|cell| !cell.is_empty()).count()
 }
 
-/// Whether at least half of what is not empty are values.
+/// Whether at least half of what says something are numbers or dates.
 fn is_data(cells: &[&str]) -> bool {
-    let filled = cells.iter().filter(|cell| !cell.is_empty());
-    let (values, others): (Vec<&&str>, Vec<&&str>) = filled.partition(|cell| is_value(cell));
-    !values.is_empty() && values.len() >= others.len()
+    let values = cells.iter().filter(|cell| is_number_or_date(cell)).count();
+    let words = cells.iter().filter(|cell| !is_value(cell)).count();
+    values > 0 && values >= words
 }
 
 /// The lines that hold something.

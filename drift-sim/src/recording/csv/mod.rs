@@ -3,11 +3,13 @@
 //! What a file looks like is found from its beginning ([`layout`]): its encoding, its separator (comma, semicolon, tab, bar
 //! or blanks), lines before the header, a row of units, comments, no header at all. Beside a separator that is no comma
 //! numbers may have decimal commas. Lines end in LF, CRLF or CR, fields may be quoted, a byte order mark, blank lines and the
-//! `sep=;` of spreadsheets are passed over.
+//! `sep=;` of spreadsheets are passed over. Lines of `name:value` pairs ([`labels`]) and tables with a row for each value are read
+//! as well.
 
 mod blanks;
 mod blocks;
 mod encoding;
+mod labels;
 mod layout;
 mod plain;
 mod rows;
@@ -18,8 +20,9 @@ use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 
 use super::decimal::DecimalMark;
 use super::format::Source;
+use super::long_table::LongTable;
 use super::records::{Record, Records};
-use super::row::Row;
+use super::row::{Row, Rows};
 use super::stretch::{self, Stretch};
 use super::text_rows::{Header, TextRows};
 use super::{Quality, ReadOptions};
@@ -47,7 +50,8 @@ pub(super) struct CsvRecords {
 }
 
 /// The rows of a text, after a look at what it begins with.
-pub(super) fn open(source: Source, options: &ReadOptions) -> Result<CsvRows> {
+pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows>> {
+    let budget = source.budget.clone();
     let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
     let is_file = source.file.is_some();
     let mut source = encoding::decoded(source.reader).map_err(refused)?;
@@ -62,10 +66,22 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<CsvRows> {
     let layout = Layout::of(&head);
     let body = head.split_off(layout.body_from.min(head.len()));
     let whole: Box<dyn Read + Send> = Box::new(Cursor::new(body).chain(source));
-    let whole =
-        if layout.separator == Separator::Blanks { Box::new(blanks::collapsed(whole)) } else { whole };
-    let records = CsvRecords::new(whole, &layout, is_file);
-    Ok(CsvRows::new(records.into_rows(layout, options)?))
+    let whole: Box<dyn Read + Send> = match &layout.labels {
+        Some(labels) => Box::new(labels::removed(whole, labels.clone())),
+        None if layout.separator == Separator::Blanks => Box::new(blanks::collapsed(whole)),
+        None => whole,
+    };
+    let mut records = CsvRecords::new(whole, &layout, is_file);
+    let (header, line) = records.header(layout, options)?;
+    match LongTable::of(&header, options) {
+        Some(long) => {
+            Ok(Box::new(long.rows(records, header, options, &budget).map_err(|e| e.at_line(line))?))
+        }
+        None => {
+            let rows = TextRows::new(records, header, options).map_err(|e| e.at_line(line))?;
+            Ok(Box::new(CsvRows::new(rows)))
+        }
+    }
 }
 
 impl CsvRecords {
@@ -115,7 +131,8 @@ impl CsvRecords {
         self.parser.set_line(line + 1);
     }
 
-    fn into_rows(mut self, layout: Layout, options: &ReadOptions) -> Result<TextRows<Self>> {
+    /// The header, and its line.
+    fn header(&mut self, layout: Layout, options: &ReadOptions) -> Result<(Header, u64)> {
         let mut record = Record::default();
         let mut quality = Quality::default();
         let text = |record: &Record| -> Vec<String> {
@@ -135,8 +152,8 @@ impl CsvRecords {
             }
         }
         let mark = DecimalMark::beside(layout.separator.byte());
-        check_names(&names).and_then(|()| layout.check_header(options)).map_err(|e| e.at_line(line))?;
-        TextRows::new(self, Header { names, units, mark }, options).map_err(|e| e.at_line(line))
+        layout.check_header(options).map_err(|e| e.at_line(line))?;
+        Ok((Header { names, units, kinds: layout.kinds, mark }, line))
     }
 
     fn line_ends_inside(record: &Record) -> u64 {
@@ -180,16 +197,6 @@ impl CsvRecords {
                 ReadRecordResult::End => return Ok(None),
             }
         }
-    }
-}
-
-/// Refuses names of which two are the same.
-fn check_names(names: &[String]) -> Result<()> {
-    let mut seen = std::collections::HashSet::with_capacity(names.len());
-    match names.iter().find(|name| !name.is_empty() && !seen.insert(name.as_str())) {
-        Some(name) => Err(Error::new(format!("two columns are called '{name}'"))
-            .allowed("names that differ, or columns by their numbers, like --columns r=2,y=3,u=4")),
-        None => Ok(()),
     }
 }
 

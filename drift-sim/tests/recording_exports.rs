@@ -1,0 +1,238 @@
+//! Exports of historians, controllers, laboratories and homes, in the shapes that their tools write: each is read without a word about its
+//! columns, or is refused with the words that read it.
+
+use drift_sim::recording::{ColumnMap, Overview, ReadOptions, Recording};
+
+/// Ten samples, 5 s apart from 08:00:00 on: r = 40, y = 20 + 0.5 k, u = 60 - k.
+fn rows(row: impl Fn(usize, &str, f64) -> String) -> String {
+    (0..10).map(|k| row(k, &format!("08:00:{:02}", 5 * k), 20.0 + 0.5 * k as f64)).collect()
+}
+
+fn u(k: usize) -> f64 {
+    60.0 - k as f64
+}
+
+fn read(text: &str, columns: &str) -> drift_sim::Result<Recording> {
+    let columns = if columns.is_empty() { ColumnMap::default() } else { columns.parse()? };
+    let options = ReadOptions { columns, ..ReadOptions::default() };
+    Recording::from_reader("export", std::io::Cursor::new(text.to_owned()), &options)
+}
+
+#[track_caller]
+fn is_the_loop(text: &str, names: [&str; 4]) -> Recording {
+    let recording =
+        read(text, "").unwrap_or_else(|e| panic!("{e}\n{}", text.lines().take(3).collect::<String>()));
+    let map = &recording.columns;
+    assert_eq!([map.t.as_deref().unwrap_or_default(), &map.r, &map.y, &map.u], names);
+    assert_eq!((recording.sample_time_s, recording.len()), (5.0, 10));
+    assert_eq!(recording.r, [40.0; 10]);
+    let expected: Vec<(f64, f64)> = (0..10).map(|k| (20.0 + 0.5 * k as f64, u(k))).collect();
+    assert_eq!(recording.y.iter().copied().zip(recording.u.iter().copied()).collect::<Vec<_>>(), expected);
+    recording
+}
+
+#[test]
+fn tables_of_controllers_and_historians_are_understood() {
+    let comma = |value: f64| value.to_string().replace('.', ",");
+    is_the_loop(
+        &format!(
+            "\"Zeitstempel\";\"TIC101/PID.SP_Ext\";\"TIC101/PID.PV_In\";\"TIC101/PID.LMN\"\r\n{}",
+            rows(|k, at, y| format!("\"13.05.2024 {at}\";40,0;{};{}\r\n", comma(y), comma(u(k))))
+        ),
+        ["Zeitstempel", "TIC101/PID.SP_Ext", "TIC101/PID.PV_In", "TIC101/PID.LMN"],
+    );
+    is_the_loop(
+        &format!(
+            "\"Date\",\"Time\",\"Millitm\",\"Marker\",\"[PLC]TIC101.SP\",\"[PLC]TIC101.PV\",\"[PLC]TIC101.CV\"\n{}",
+            rows(|k, at, y| format!("\"05/13/2024\",\"{at}\",0,\"\",40,{y},{}\n", u(k)))
+        ),
+        ["Time", "[PLC]TIC101.SP", "[PLC]TIC101.PV", "[PLC]TIC101.CV"],
+    );
+    is_the_loop(
+        &format!(
+            "\"Station\",\"FCS0101\"\n\n\"Date/Time\",\"TIC101.SV\",\"TIC101.PV\",\"TIC101.MV\",\"TIC101.MODE\"\n\
+             \"\",\"DEGC\",\"DEGC\",\"%\",\"\"\n{}",
+            rows(|k, at, y| format!("\"2024/05/13 {at}\",40,{y},{},\"AUT\"\n", u(k)))
+        ),
+        ["Date/Time", "TIC101.SV", "TIC101.PV", "TIC101.MV"],
+    );
+    // Columns of one name stand behind each signal, and nobody asks for one of them.
+    is_the_loop(
+        &format!(
+            "Timestamp,TIC101.SP,Confidence,TIC101.PV,Confidence,TIC101.OP,Confidence\n{}",
+            rows(|k, at, y| format!("13-May-2024 {at},40,100,{y},100,{},100\n", u(k)))
+        ),
+        ["Timestamp", "TIC101.SP", "TIC101.PV", "TIC101.OP"],
+    );
+    // The last part of each tag tells nothing; words are no signal.
+    let recording = is_the_loop(
+        &format!(
+            "Date Time\tTIC-101/PID1/SP.CV\tTIC-101/PID1/PV.CV\tTIC-101/PID1/OUT.CV\tTIC-101/PID1/MODE.ACTUAL\n{}",
+            rows(|k, at, y| format!("05/13/2024 {at}.000 AM\t40\t{y}\t{}\tAUTO\n", u(k)))
+        ),
+        ["Date Time", "TIC-101/PID1/SP.CV", "TIC-101/PID1/PV.CV", "TIC-101/PID1/OUT.CV"],
+    );
+    assert!(recording.quality.notes.iter().any(|note| note.contains("MODE.ACTUAL")));
+    // The dates have no name.
+    let text = format!(
+        ",TIC101:SP,TIC101:PV,TIC101:OUT\n{}",
+        rows(|k, at, y| format!("13-May-24 {at},40,{y},{}\n", u(k)))
+    );
+    is_the_loop(&text, ["", "TIC101:SP", "TIC101:PV", "TIC101:OUT"]);
+    let recording = read(&text.replacen(",60\n", ",Bad Input\n", 1), "").unwrap();
+    assert_eq!((recording.quality.missing_u, recording.len()), (1, 10));
+}
+
+#[test]
+fn files_of_laboratories_and_programs_are_understood() {
+    // A row of numbers describes the measurement before the header of its table.
+    is_the_loop(
+        &format!(
+            "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\nChannels\t3\nDelta_X\t5\t5\t5\t\n\
+             ***End_of_Header***\t\t\t\t\nX_Value\tSetpoint\tTemperature\tHeater\tComment\n{}",
+            rows(|k, _, y| format!("{}\t40\t{y}\t{}\t\n", 5 * k, u(k)))
+        ),
+        ["X_Value", "Setpoint", "Temperature", "Heater"],
+    );
+    is_the_loop(
+        &format!(
+            "Arduino PID ready\nms,setpoint,temp,pwm\n{}",
+            rows(|k, _, y| format!("{},40,{y},{}\n", 5000 * k, u(k)))
+        ),
+        ["ms", "setpoint", "temp", "pwm"],
+    );
+    is_the_loop(
+        &rows(|k, at, y| format!("{at}.000 -> Setpoint:40,Temperature:{y},Heater:{}\n", u(k))),
+        ["time", "Setpoint", "Temperature", "Heater"],
+    );
+    is_the_loop(&rows(|k, _, y| format!("t={} r=40 y={y} u={}\n", 5 * k, u(k))), ["t", "r", "y", "u"]);
+    is_the_loop(
+        &format!(
+            "__time,/loop/ref/data,/loop/state/data,/loop/cmd/data\n{}",
+            rows(|k, _, y| format!("{},40,{y},{}\n", 1_715_587_200 + 5 * k, u(k)))
+        ),
+        ["__time", "/loop/ref/data", "/loop/state/data", "/loop/cmd/data"],
+    );
+    is_the_loop(
+        &format!(
+            "time,setpoint,value,output\n{}",
+            rows(|k, _, y| format!("{},40.0 \u{b0}C,{y} \u{b0}C,{}%\n", 5 * k, u(k)))
+        ),
+        ["time", "setpoint", "value", "output"],
+    );
+}
+
+#[test]
+fn json_lines_and_lists_are_understood() {
+    let object = |k: usize, y: f64| {
+        format!(
+            "{{\"_msgid\":\"a{k}\",\"topic\":\"oven\",\"payload\":{{\"setpoint\":40,\"temperature\":{y},\"output\":{}}},\
+             \"timestamp\":{}}}",
+            u(k),
+            1_715_587_200_000_usize + 5000 * k
+        )
+    };
+    let names = ["timestamp", "payload.setpoint", "payload.temperature", "payload.output"];
+    let recording = is_the_loop(&rows(|k, _, y| object(k, y) + "\n"), names);
+    assert_eq!(recording.clock().says(recording.start_s), "2024-05-13 08:00:00.000");
+    let list = rows(|k, _, y| format!("{}{}", if k == 0 { "[" } else { "," }, object(k, y)));
+    is_the_loop(&format!("{list}]"), names);
+    is_the_loop(&format!("{list}]\n").replace(',', ",\n  "), names);
+}
+
+/// A row for each value: tag after tag, as databases and historians write it, or in the order of time.
+#[test]
+fn tables_with_a_row_for_each_value_become_columns() {
+    let blocks = |names: [&str; 3], row: &dyn Fn(&str, &str, f64) -> String| -> String {
+        let of = |tag: &str, value: &dyn Fn(usize, f64) -> f64| rows(|k, at, y| row(tag, at, value(k, y)));
+        let [r, y, u_name] = names;
+        of(r, &|_, _| 40.0) + &of(y, &|_, y| y) + &of(u_name, &|k, _| u(k))
+    };
+    let tags = ["TIC101.SP", "TIC101.PV", "TIC101.OP"];
+    let historian = blocks(tags, &|tag, at, value| format!("{tag},2024-05-13T{at}Z,{value},False\n"));
+    is_the_loop(
+        &format!("Tag,Timestamp,Value,Questionable\n{historian}"),
+        ["Timestamp", tags[0], tags[1], tags[2]],
+    );
+    let home = ["climate.oven_setpoint", "sensor.oven_temperature", "number.heater_output"];
+    let states = blocks(home, &|tag, at, value| format!("{tag},{value},2024-05-13T{at}.000Z\n"));
+    let recording = is_the_loop(
+        &format!(
+            "entity_id,state,last_changed\nclimate.oven_setpoint,unavailable,2024-05-13T07:59:59.000Z\n{states}"
+        ),
+        ["last_changed", home[0], home[1], home[2]],
+    );
+    assert!(
+        recording
+            .quality
+            .notes
+            .iter()
+            .any(|note| note.contains("all others hold their last value before each"))
+    );
+    let database = blocks(["sp", "pv", "op"], &|tag, at, value| {
+        format!(",,0,2024-05-13T08:00:00Z,2024-05-13T12:00:00Z,2024-05-13T{at}Z,{value},{tag},oven\r\n")
+    });
+    is_the_loop(
+        &format!(
+            "#group,false,false,true,true,false,false,true,true\r\n,result,table,_start,_stop,_time,_value,_field,_measurement\r\n{database}"
+        ),
+        ["_time", "sp", "pv", "op"],
+    );
+    // In the order of time, with a sign of quality and a mark that is no point; and all of it the latest first.
+    let panel = rows(|k, at, y| {
+        [("A.SP", 40.0), ("A.PV", y), ("A.OP", u(k))]
+            .map(|(tag, value)| {
+                format!(
+                    "\"{tag}\";\"13.05.2024 {at}\";{};1;45425333333,3\r\n",
+                    value.to_string().replace('.', ",")
+                )
+            })
+            .concat()
+    });
+    let header = "\"VarName\";\"TimeString\";\"VarValue\";\"Validity\";\"Time_ms\"\r\n";
+    let names = ["TimeString", "A.SP", "A.PV", "A.OP"];
+    is_the_loop(&format!("{header}{panel}"), names);
+    let latest_first: Vec<&str> = panel.split_inclusive('\n').rev().collect();
+    is_the_loop(&format!("{header}{}", latest_first.concat()), names);
+    let messages = blocks(["sp", "pv", "op"], &|tag, at, value| {
+        format!("{{\"topic\":\"oven/{tag}\",\"value\":{value},\"time\":\"2024-05-13T{at}Z\"}}\n")
+    });
+    is_the_loop(&messages, ["time", "oven/sp", "oven/pv", "oven/op"]);
+}
+
+#[test]
+fn what_a_table_of_single_values_lacks_is_told() {
+    let header = "Tag,Time,Value\n";
+    let message = |rows: &str| read(&format!("{header}{rows}"), "").unwrap_err().to_string();
+    assert_eq!(
+        message("a,0,1\nb,0,2\na,1,1\nb,1,2\n"),
+        "export:1: no column 'y' for y; like --columns t=Time,y=a,u=b; the columns are Time, a, b"
+    );
+    assert!(
+        message("SP,0,1\nPV,0,1\nOP,0,1\nPV,2,1\nPV,1,1\nPV,3,1\n").contains("6: the time of 'PV' goes back")
+    );
+}
+
+/// An example of `--columns` names columns that hold numbers; where none is left for the time, it says what is needed instead.
+#[test]
+fn the_way_out_that_an_error_names_works() {
+    let plotter = rows(|k, _, y| format!("Setpoint:40,Input:{y},Output:{}\n", u(k)));
+    assert_eq!(
+        read(&plotter, "").unwrap_err().to_string(),
+        "export:1: no column 't' for t; like --columns r=Setpoint,y=Input,u=Output --sample-time S; the columns are Setpoint, \
+         Input, Output"
+    );
+    let options = ReadOptions {
+        columns: "r=Setpoint,y=Input,u=Output".parse().unwrap(),
+        sample_time_s: Some(5.0),
+        ..ReadOptions::default()
+    };
+    assert_eq!(Recording::from_reader("x", std::io::Cursor::new(plotter), &options).unwrap().len(), 10);
+    let traces = format!(
+        "path;;Loop/Ref;Loop/Plant;Loop/Controller\nname;time;Reference/Out1;Angle/Out1;Voltage/Out1\n{}",
+        rows(|k, _, y| format!("a;{};40;{y};{}\n", 5 * k, u(k)))
+    );
+    let options = ReadOptions { incomplete: true, ..ReadOptions::default() };
+    let seen = Overview::from_reader("x", || std::io::Cursor::new(traces.clone()), &options).unwrap();
+    assert!(!seen.example.contains("name"), "{}", seen.example);
+}

@@ -8,7 +8,7 @@ mod cdr;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 
-use ::mcap::records::Record;
+use ::mcap::records::{Record, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde_json::Value;
 
@@ -45,6 +45,36 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
         bag.read(source.reader)?;
         bag.rows(options)
     })
+}
+
+/// Whether the texts of a record end within it: the decoder makes room for as many bytes as each says it has.
+fn is_whole(opcode: u8, data: &[u8]) -> bool {
+    let texts = |mut rest: &[u8], count: usize| {
+        for _ in 0..count {
+            rest = split_text(rest)?.1;
+        }
+        Some(rest)
+    };
+    let whole = || match opcode {
+        // Name, encoding and text behind a number.
+        op::SCHEMA => texts(data.get(2..)?, 3).map(|_| ()),
+        // Topic and encoding behind two numbers, then pairs of texts.
+        op::CHANNEL => {
+            let (mut pairs, _) = split_text(texts(data.get(4..)?, 2)?)?;
+            while !pairs.is_empty() {
+                pairs = split_text(pairs)?.1;
+            }
+            Some(())
+        }
+        _ => Some(()),
+    };
+    whole().is_some()
+}
+
+/// A text behind its length, and what follows.
+fn split_text(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk::<4>()?;
+    rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
 }
 
 /// One field that is read.
@@ -113,6 +143,13 @@ impl<'a> Bag<'a> {
                     }
                 }
                 Ok(LinearReadEvent::Record { data, opcode }) => {
+                    // Indices and attachments are not looked at.
+                    if ![op::SCHEMA, op::CHANNEL, op::MESSAGE].contains(&opcode) {
+                        continue;
+                    }
+                    if !is_whole(opcode, data) {
+                        return Err(Error::new(DAMAGED));
+                    }
                     let record = ::mcap::parse_record(opcode, data).map_err(refused)?;
                     self.take(record)?;
                 }
@@ -231,5 +268,37 @@ impl<'a> Bag<'a> {
             columns.push((name.clone(), Cells::Double(values)));
         }
         TableRows::new(columns, notes, &options)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Texts behind their lengths, after so many zeros.
+    fn record(zeros: usize, texts: &[&[u8]]) -> Vec<u8> {
+        let mut bytes = vec![0; zeros];
+        for text in texts {
+            bytes.extend((text.len() as u32).to_le_bytes());
+            bytes.extend(*text);
+        }
+        bytes
+    }
+
+    #[test]
+    fn texts_that_are_longer_than_their_record_are_found() {
+        let pairs = record(0, &[b"key", b"value"]);
+        for (opcode, sound, lengths_at) in [
+            (op::SCHEMA, record(2, &[b"name", b"ros2msg", b"float64 x"]), vec![2, 10, 21]),
+            (op::CHANNEL, record(4, &[b"/topic", b"cdr", &pairs]), vec![4, 14, 21, 25, 32]),
+        ] {
+            assert!(is_whole(opcode, &sound));
+            for at in lengths_at {
+                let mut bytes = sound.clone();
+                bytes[at..at + 4].fill(0xff);
+                assert!(!is_whole(opcode, &bytes), "{opcode} {at}");
+            }
+            assert!(!is_whole(opcode, &sound[..sound.len() - 1]), "{opcode}");
+        }
     }
 }

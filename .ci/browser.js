@@ -99,6 +99,15 @@
   check(stills.length === figures.length, `${stills.length} still pictures of ${figures.length} charts`);
   check(stills.every((svg) => svg.querySelectorAll("path.s, path.p, rect.b, path.b").length > 0), "a still picture is empty");
   check(stills.every((svg) => svg.querySelector("title").textContent && svg.querySelector("desc").textContent), "a picture says nothing");
+  // Nothing is cut off at the edge of a sheet of A4: what holds in print holds here for a moment.
+  const inPrint = [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules]).filter((rule) => rule.media?.mediaText === "print");
+  const sheet = document.createElement("style");
+  sheet.textContent = [...inPrint.flatMap((rule) => [...rule.cssRules]).map((rule) => rule.cssText), "body { width: 186mm }"].join("\n");
+  document.head.append(sheet);
+  const edge = document.body.getBoundingClientRect().right + 1;
+  const cut = [...document.querySelectorAll("table")].filter((table) => table.getBoundingClientRect().right > edge);
+  check(inPrint.length > 0 && cut.length === 0, `${cut.length} tables are cut off in print`);
+  sheet.remove();
   dispatchEvent(new Event("afterprint"));
   await settle();
 

@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 
 use crate::plot::terminal::Signs;
-use crate::sentences::{Answer, KeyNumber, Status};
+use crate::sentences::{Answer, KeyNumber, Status, with_carets};
 
 /// Width of what goes into a pipe or a file.
 const PIPED: usize = 80;
@@ -119,15 +119,9 @@ impl Terminal {
         if self.signs == Signs::Blocks {
             return text;
         }
-        let plain = [
-            ("\u{b1}", "+-"),
-            ("\u{2192}", "->"),
-            ("\u{2212}", "-"),
-            ("\u{2013}", "-"),
-            ("\u{d7}", "x"),
-            ("\u{b2}", "^2"),
-        ];
-        plain.into_iter().fold(text, |text, (from, to)| text.replace(from, to))
+        let plain =
+            [("\u{b1}", "+-"), ("\u{2192}", "->"), ("\u{2212}", "-"), ("\u{2013}", "-"), ("\u{d7}", "x")];
+        plain.into_iter().fold(with_carets(&text), |text, (from, to)| text.replace(from, to))
     }
 
     /// Seen before it is read.

@@ -100,7 +100,7 @@ fn what_must_not_be_said_is_found() {
         "20.8 \u{b1} 0.4 N",
         "87\u{a0}480 s (24.3 h)",
         "89.8 \u{2192} 97.4 %",
-        "5.8\u{d7}10^-7 V",
+        "5.8\u{d7}10\u{207b}\u{2077} V",
         "2 \u{2212} 3615 x",
     ] {
         assert_eq!(fault(good), None, "{good}");

@@ -91,3 +91,16 @@ fn faults_are_one_line_and_leave_no_file() {
     assert_eq!(drift(&["simulate"]).status.code(), Some(2));
     assert_eq!(drift(&["simulate", "a.toml", "-o", "b", "--duration", "-1"]).status.code(), Some(2));
 }
+
+/// What belongs to the run stands before what belongs to reading recordings, which is the same for every command.
+#[test]
+fn the_help_keeps_its_own_options_together() {
+    let help = text(&drift(&["simulate", "--help"]).stdout);
+    let (own, reading) = help.split_once("Reading recordings:").unwrap();
+    for option in ["--duration", "--seed", "--reference-mean", "--reference-sd", "--reference-hold"] {
+        assert!(
+            own.contains(option) && !reading.split_once("Examples:").unwrap().0.contains(option),
+            "{option}"
+        );
+    }
+}

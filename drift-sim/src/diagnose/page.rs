@@ -255,10 +255,11 @@ impl Writing<'_> {
             });
         }
         if let Some(law) = &self.found.controller {
-            blocks.push(Block::Note(format!(
-                "The stated control law, replayed on the measured r and y, misses the recorded u by {} of its variation.",
-                percent(100.0 * law.relative)
-            )));
+            let replayed = "The control law, replayed on the measured r and y,";
+            blocks.push(Block::Note(match percent(100.0 * law.relative) {
+                missed if missed == percent(0.0) => format!("{replayed} gives the recorded u."),
+                missed => format!("{replayed} misses the recorded u by {missed} of its variation."),
+            }));
         }
         Section::new("Missing physics", blocks)
     }
@@ -489,11 +490,19 @@ impl Writing<'_> {
         let (x, v) = if servo { ("position", "speed") } else { ("level of y", "rate of y") };
         let left = left.map(|l| l.value.as_slice());
         let cloud = Cloud { missing: &missing.value, left, label: &label, y_range };
-        let panels = vec![
-            cloud.against(&speed, named(v, &self.units.speed)),
-            cloud.against(&position, named(x, &self.units.position)),
-            cloud.against(&train.u, named("u", &self.units.u)),
+        let against = [
+            (&["velocity", "direction"][..], &speed, named(v, &self.units.speed)),
+            (&["position", "level"], &position, named(x, &self.units.position)),
+            (&["drive", "amplitude"], &train.u, named("u", &self.units.u)),
         ];
+        let is_on = |names: &[&str]| self.found.depends_on.iter().any(|d| names.contains(&d.on.as_str()));
+        // What it does not depend on shows a cloud that says nothing.
+        let any = against.iter().any(|(names, _, _)| is_on(names));
+        let panels: Vec<Panel> = against
+            .into_iter()
+            .filter(|(names, _, _)| !any || is_on(names))
+            .map(|(_, values, label)| cloud.against(values, label))
+            .collect();
         let mut caption = "Grey: the missing drive, sample by sample. Blue: the mean of what the found physics explains of it, \
                            with the band that holds 95 % of the samples around it."
             .to_owned();
@@ -504,7 +513,8 @@ impl Writing<'_> {
         if y_range.is_some() {
             caption += " A few values lie outside the frames: at its start the estimate has yet to settle.";
         }
-        let figure = Figure { panel_height_px: 300, ..Figure::grid("", 2, panels) };
+        let columns = panels.len().clamp(1, 2);
+        let figure = Figure { panel_height_px: 300, ..Figure::grid("", columns, panels) };
         let against = Chart { figure, caption, axis: None };
         Some(Section::new("The missing drive", vec![Block::Chart(over_time), Block::Chart(against)]))
     }

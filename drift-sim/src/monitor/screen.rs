@@ -155,8 +155,11 @@ fn farthest(event: &Event) -> Vec<(&Course, usize)> {
 /// The detectors that raised a course.
 pub(super) fn detectors(course: &Course) -> String {
     let spoken = |name: &Raised| ROWS.iter().find(|row| row.name() == *name).map(|row| row.spoken());
-    let names = course.detectors.iter().filter_map(spoken);
-    names.collect::<Vec<_>>().join("+")
+    let names: Vec<&str> = course.detectors.iter().filter_map(spoken).collect();
+    match names.as_slice() {
+        [most @ .., last] if !most.is_empty() => format!("{} and {last}", most.join(", ")),
+        _ => names.concat(),
+    }
 }
 
 fn course(course: &Course, clock: &Clock) -> String {
@@ -166,7 +169,7 @@ fn course(course: &Course, clock: &Clock) -> String {
         side_name(course.side),
         sigmas(course.max_z.into()),
         detectors(course),
-        clock.cell(course.alarm_s)
+        clock.says(course.alarm_s)
     );
     if let Some(curve) = &course.fault_curve {
         let (before, since) = (&course.baseline, curve);

@@ -30,6 +30,7 @@ impl Clock {
         let text = format!("{} {}", self.number(t_s), self.unit().0);
         match self.unit() {
             ("s", _) => text,
+            _ if t_s == 0.0 => text,
             _ => format!("{text} ({} s)", super::plain(libm::round(t_s), 12)),
         }
     }
@@ -104,6 +105,7 @@ mod tests {
     fn seconds_are_those_of_the_recording() {
         let clock = Clock::new(None, 43_200.0);
         assert_eq!(clock.says(15_600.0), "4.33 h (15\u{a0}600 s)");
+        assert_eq!(clock.says(0.0), "0 h");
         assert_eq!(clock.span(15_600.0, 46_800.0), "4.33 to 13 h");
         assert_eq!((clock.label(), clock.axis(15_600.0)), ("t / h", 15_600.0 / 3600.0));
         assert_eq!(Clock::new(None, 24.8).says(1.234_567), "1.23 s");

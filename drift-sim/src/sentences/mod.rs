@@ -18,6 +18,7 @@ pub use clock::Clock;
 pub use diagnosis::{diagnosis, may_be_nothing, parameter, says, sizes};
 pub use monitoring::{monitoring, pinned, side_name};
 pub use planning::{chance, planning};
+pub(crate) use quantity::with_carets;
 pub use quantity::{
     ends, fit, line, measured, number_name, percent, plain, rate, rounded, sigmas, simple_unit, value,
     with_unit,

@@ -44,10 +44,43 @@ fn to_decimals(value: f64, decimals: i32) -> String {
         let exponent = magnitude(value);
         let digits = (decimals + exponent).clamp(0, 12) as usize;
         let mantissa = value / libm::pow(10.0, f64::from(exponent));
-        return format!("{}\u{d7}10^{exponent}", without_zeros(format!("{mantissa:.digits$}")));
+        return format!("{}{}", without_zeros(format!("{mantissa:.digits$}")), power_of_ten(exponent));
     }
     let text = without_zeros(format!("{value:.decimals$}", decimals = decimals.clamp(0, 12) as usize));
     if size < 1e4 { text } else { grouped(&text) }
+}
+
+/// The digits from 0 on as they stand in a power, and the sign of a negative one.
+const RAISED: [char; 10] = [
+    '\u{2070}', '\u{b9}', '\u{b2}', '\u{b3}', '\u{2074}', '\u{2075}', '\u{2076}', '\u{2077}', '\u{2078}',
+    '\u{2079}',
+];
+const RAISED_MINUS: char = '\u{207b}';
+
+/// Times ten to a whole power, as one writes it.
+fn power_of_ten(exponent: i32) -> String {
+    let raised = |c: char| c.to_digit(10).and_then(|digit| RAISED.get(digit as usize)).copied();
+    let exponent = exponent.to_string();
+    let power = exponent.chars().map(|c| raised(c).unwrap_or(RAISED_MINUS));
+    "\u{d7}10".chars().chain(power).collect()
+}
+
+/// The text with its powers behind a caret, where raised digits can't be shown.
+pub(crate) fn with_carets(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut in_power = false;
+    for c in text.chars() {
+        let digit =
+            RAISED.iter().position(|raised| *raised == c).and_then(|at| char::from_digit(at as u32, 10));
+        let sign = (c == RAISED_MINUS).then_some('-');
+        let lowered = digit.or(sign);
+        if lowered.is_some() && !in_power {
+            plain.push('^');
+        }
+        in_power = lowered.is_some();
+        plain.push(lowered.unwrap_or(c));
+    }
+    plain
 }
 
 fn without_zeros(text: String) -> String {
@@ -115,14 +148,24 @@ pub fn measured(of: f64, half_width: f64, unit: &str) -> String {
         if x.abs() < 1e4 { text } else { grouped(&text) }
     };
     let text = format!("{} \u{b1} {}", fixed(of), fixed(half_width));
-    with_unit(if exponent == 0 { text } else { format!("({text})\u{d7}10^{exponent}") }, unit)
+    with_unit(if exponent == 0 { text } else { format!("({text}){}", power_of_ten(exponent)) }, unit)
 }
 
 /// `20.4 to 21.2`: the ends of an interval with the digits that its width carries.
 pub fn ends(low: f64, high: f64) -> String {
     let decimals = decimals_of((0.5 * (high - low)).max(1e-300)).min(12);
     let end = |x: f64| to_decimals(rounded_to(x, decimals), decimals);
-    format!("{} to {}", end(low), end(high))
+    let (low, high) = (end(low), end(high));
+    let places = |text: &str| text.split_once('.').map_or(0, |(_, places)| places.len());
+    let most = places(&low).max(places(&high));
+    // Both ends show as many decimals.
+    let filled = |text: String| match most - places(&text) {
+        0 => text,
+        _ if text.contains('\u{d7}') => text,
+        more if text.contains('.') => text + &"0".repeat(more),
+        more => format!("{text}.{}", "0".repeat(more)),
+    };
+    format!("{} to {}", filled(low), filled(high))
 }
 
 /// The name of a term's number in words, without the unit that its key in the loop file ends in: `delay_s` is a delay.
@@ -211,8 +254,8 @@ mod tests {
         assert_eq!(measured(0.1000, f64::NAN, "1"), "0.1");
         assert_eq!(measured(-0.0317, 0.4, "N"), "0.0 \u{b1} 0.4 N");
         assert_eq!(measured(0.8, 2e-5, ""), "0.800000 \u{b1} 0.000020");
-        assert_eq!(measured(1.2341e-9, 2.5e-11, "N"), "(1.234 \u{b1} 0.025)\u{d7}10^-9 N");
-        assert_eq!(value(12_345_678.0, 1e5), "1.235\u{d7}10^7");
+        assert_eq!(measured(1.2341e-9, 2.5e-11, "N"), "(1.234 \u{b1} 0.025)\u{d7}10\u{207b}\u{2079} N");
+        assert_eq!(value(12_345_678.0, 1e5), "1.235\u{d7}10\u{2077}");
         assert_eq!(plain(259_200.0, 6), "259\u{a0}200");
         assert_eq!(plain(f64::NAN, 4), "\u{2013}");
         assert_eq!(plain(99.999, 3), "100");
@@ -222,6 +265,13 @@ mod tests {
     fn ends_have_the_digits_of_their_width() {
         assert_eq!(ends(20.4012, 21.2034), "20.4 to 21.2");
         assert_eq!(ends(1150.2209, 1150.2553), "1150.221 to 1150.255");
+        assert_eq!(ends(103.02, 105.18), "103.0 to 105.2");
+        assert_eq!(ends(0.0, 2.4), "0.0 to 2.4");
+    }
+
+    #[test]
+    fn powers_stand_behind_a_caret_where_they_cannot_be_raised() {
+        assert_eq!(with_carets("5.8\u{d7}10\u{207b}\u{b9}\u{2077} m/s\u{b2}"), "5.8\u{d7}10^-17 m/s^2");
     }
 
     #[test]

@@ -33,8 +33,6 @@ pub struct Arguments {
     /// controller takes its u too.
     #[arg(long, value_name = "REC.csv", conflicts_with_all = ["reference_mean", "reference_sd", "reference_hold"])]
     reference: Option<PathBuf>,
-    #[command(flatten)]
-    reading: RecordingArguments,
     /// Length of the run in seconds; by default 10000 samples, or the whole recording.
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     duration: Option<f64>,
@@ -50,6 +48,8 @@ pub struct Arguments {
     /// How long each level is held, in samples.
     #[arg(long, value_name = "TICKS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     reference_hold: u64,
+    #[command(flatten)]
+    reading: RecordingArguments,
 }
 
 /// Runs the command.

@@ -208,6 +208,8 @@ fn what_a_table_of_single_values_lacks_is_told() {
         message("a,0,1\nb,0,2\na,1,1\nb,1,2\n"),
         "export:1: no column 'y' for y; like --columns t=Time,y=a,u=b; the columns are Time, a, b"
     );
+    let many: String = (0..=1000).map(|k| format!("tag{k},0,1\n")).collect();
+    assert_eq!(message(&many), "export:1002: more than 1000 names in 'Tag'");
     assert!(
         message("SP,0,1\nPV,0,1\nOP,0,1\nPV,2,1\nPV,1,1\nPV,3,1\n").contains("6: the time of 'PV' goes back")
     );

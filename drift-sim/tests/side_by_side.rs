@@ -116,7 +116,7 @@ fn what_is_irregular_is_told_alike() {
         ("a time again", changed(AT, &(t(AT - 1) + ",7,7,7")), Some("again, with other values")),
         ("time that goes back", changed(AT, &(t(AT - 9) + ",1,1,2")), Some("time goes back")),
         ("a stamp off the grid", changed(AT, &format!("{}3,1,1,2", t(AT))), Some("off the grid")),
-        ("a word", changed(AT, &at("1,bad,2")), Some("'bad' in column 'y' is not a number")),
+        ("a word", changed(AT, &at("1,much,2")), Some("'much' in column 'y' is not a number")),
         ("a time that is no number", changed(AT, "soon,1,1,2"), Some("'soon'")),
         ("no time", changed(AT, ",1,1,2"), Some("no time stamp")),
         ("a row too short", changed(AT, &at("1")), Some("2 ")),

@@ -52,10 +52,10 @@ const TAGS: &[&str] = &[
 const VALUES: &[&str] = &[
     "value", "val", "varvalue", "values", "state", "wert", "valeur", "valor", "valore", "payload", "reading",
 ];
-/// Tags, at most.
-const TAGS_MAX: usize = 10_000;
-/// What an entry takes beside its text, bytes.
-const ENTRY_BYTES: u64 = 64;
+/// Tags, at most: each row looks at all of them.
+const TAGS_MAX: usize = 1000;
+/// What an entry takes beside its text, bytes: itself, in a list that grows by doubling, and two texts of their own.
+const ENTRY_BYTES: u64 = 160;
 
 /// Which columns say when, what and how much.
 pub(super) struct LongTable {

@@ -191,7 +191,9 @@ fn columns(seen: &Overview) -> String {
         .map(String::as_str)
         .filter(|name| !used.contains(name) && !name.is_empty())
         .collect();
-    let mut text = [of("t", t), of("r", &map.r), of("y", &map.y), of("u", &map.u)].join(", ");
+    // Dates may stand in a column without a name.
+    let time = if map.t.as_deref() == Some("") { "t in a column without a name".into() } else { of("t", t) };
+    let mut text = [time, of("r", &map.r), of("y", &map.y), of("u", &map.u)].join(", ");
     if !others.is_empty() {
         let shown: Vec<String> = others.iter().take(NAMES_SHOWN).map(|name| printable(name)).collect();
         let more = others.len().saturating_sub(NAMES_SHOWN);

@@ -51,6 +51,31 @@ fn a_screen_says_what_is_in_the_file() {
     }
 }
 
+/// The recording's dates stand wherever a time is said; they may stand in a column without a name, or count from 1970.
+#[test]
+fn dates_are_shown_as_dates() {
+    let mut csv = String::from(",SP,PV,OP,MODE\n");
+    let mut counted = String::from("Time;SP;PV;OP;MODE\n");
+    for k in 0_u64..60 {
+        let s = 5 * k + if k >= 40 { 600 } else { 0 };
+        let mode = if k >= 50 { "MAN" } else { "AUTO" };
+        writeln!(csv, "13-May-24 08:{:02}:{:02},21,{},4,{mode}", s / 60, s % 60, 20 + k % 3).unwrap();
+        writeln!(counted, "{};21;{};4;{mode}", 1_715_587_200_000 + 1000 * s, 20 + k % 3).unwrap();
+    }
+    for (text, column) in [(csv, "t in a column without a name, r = 'SP'"), (counted, "t = 'Time', r = 'SP'")]
+    {
+        let text = look(&text, &[]);
+        for said in [
+            column,
+            "from 2024-05-13 08:00:00",
+            "after 2024-05-13 08:03:15",
+            "2024-05-13 08:14:10 to 2024-05-13 08:14:55",
+        ] {
+            assert!(text.contains(said), "'{said}' is not in:\n{text}");
+        }
+    }
+}
+
 #[test]
 fn uneven_rows_are_shown_with_the_step_that_reads_them() {
     let mut csv = String::from("t,r,y,u\n");

@@ -82,7 +82,7 @@ impl OneSided {
     /// Whether an alarm within so many decisions has at least this probability when z is N(`mean`, 1): quicker to tell than the whole
     /// distribution.
     pub fn alarms_within(&self, mean: f64, decisions: u64, probability: f64) -> bool {
-        RunLength::alarms_within(&self.chain(mean, 1.0), self.start, decisions, probability)
+        RunLength::alarms_within(self.walk(mean, 1.0), self.start, decisions, probability)
     }
 
     /// Average run length in decisions when z's mean grows by `slope` sigmas a decision (`mean = (n - 1)*slope` at
@@ -96,8 +96,11 @@ impl OneSided {
     }
 
     pub(crate) fn chain(&self, mean: f64, deviation: f64) -> Chain {
+        self.walk(mean, deviation).discretise()
+    }
+
+    fn walk(&self, mean: f64, deviation: f64) -> Walk {
         Walk { lower: 0.0, upper: self.h / deviation, mean: (mean - self.k) / deviation, restarts: true }
-            .discretise()
     }
 
     /// The distribution with the head start, and without.

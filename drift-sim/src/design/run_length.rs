@@ -8,7 +8,7 @@
 //! probabilities that the upper, lower side alarms first at n, and `f` those of each side alone,
 //! `f_up = a + b * g_up` and `f_down = b + a * g_down`, where * is convolution and g is f without head start. Solved for a and b term by term.
 
-use super::walk::{Band, Chain};
+use super::walk::{Band, Chain, Walk};
 
 /// The steps that are followed before the tail is taken as geometric, at most.
 const LONGEST_FOLLOWED: usize = 20_000;
@@ -18,6 +18,11 @@ const LARGEST_WORK: usize = 2_000_000_000;
 const LONGEST_STEP: f64 = 12.0;
 /// The hazard has settled when it changes by less than this, relatively, a step.
 const SETTLED: f64 = 1e-13;
+
+/// Nodes a panel that tell the probability of an alarm to six digits.
+const FEW_NODES: usize = 10;
+/// Such a probability is surely above or below another that is so far away.
+const FAR: f64 = 1e-3;
 
 /// The distribution of a run length N, in decisions.
 #[derive(Debug, Clone)]
@@ -41,10 +46,18 @@ impl RunLength {
         Self::followed(chain, start, u64::MAX, |_| false)
     }
 
-    /// Whether an alarm within so many decisions has at least this probability, for one side from the starting value `start`.
-    pub(crate) fn alarms_within(chain: &Chain, start: f64, decisions: u64, probability: f64) -> bool {
-        let followed = Self::followed(chain, start, decisions, |so_far| so_far.has_reached(probability));
-        followed.alarm_within(decisions) >= probability
+    /// Whether an alarm within so many decisions has at least this probability, for one side from the starting value `start`. Few
+    /// nodes tell, a tenth of the work, unless the probability is near that of an alarm.
+    pub(crate) fn alarms_within(walk: Walk, start: f64, decisions: u64, probability: f64) -> bool {
+        let alarm_within = |chain: &Chain, enough: f64| {
+            let followed = Self::followed(chain, start, decisions, |so_far| so_far.has_reached(enough));
+            followed.alarm_within(decisions)
+        };
+        let roughly = alarm_within(&walk.discretise_with(FEW_NODES), probability + FAR);
+        if (roughly - probability).abs() >= FAR {
+            return roughly >= probability;
+        }
+        alarm_within(&walk.discretise(), probability) >= probability
     }
 
     /// One side for so many decisions, or until enough is known; whoever asks for less gets a distribution of which the rest is

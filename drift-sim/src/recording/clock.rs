@@ -143,6 +143,15 @@ impl Clock {
         Some(self.unit.scale(stamp))
     }
 
+    /// The same of the numbers that come first, as long as none is written more finely than one before it: those stamps say
+    /// nothing new about how finely stamps are written.
+    #[inline]
+    pub fn numbers<'a>(&'a self, times: &'a [f64]) -> impl Iterator<Item = Stamp> + 'a {
+        let are_numbers = self.kind == Kind::Numbers;
+        let times = if are_numbers { times } else { &[] };
+        self.shortest.no_finer(times).map(|stamp| self.unit.scale(stamp))
+    }
+
     /// The time of a date that reads as `text`, s.
     ///
     /// # Errors

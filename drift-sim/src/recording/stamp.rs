@@ -40,14 +40,43 @@ impl Stamp {
         Some(Self { t_s, decimals: decimals.saturating_sub(exponent), digits })
     }
 
+    /// The stamp that a text begins with, and its length, where it is of up to 15 digits with at most a point among them. A whole number
+    /// and a power of ten that are both exact have the very quotient that the text is read as.
+    #[inline]
+    pub fn of_digits(text: &[u8]) -> Option<(Self, usize)> {
+        let (mut count, mut digits, mut point) = (0_u64, 0, None);
+        let (mut at, mut last) = (0, b'.');
+        for b in text.get(..DIGITS_TEXT_MAX).unwrap_or(text) {
+            match b {
+                b'0'..=b'9' => {
+                    count = count * 10 + u64::from(b - b'0');
+                    digits += i32::from(count > 0);
+                }
+                b'.' if point.is_none() && at > 0 => point = Some(at),
+                _ => break,
+            }
+            (at, last) = (at + 1, *b);
+        }
+        let decimals = point.map_or(0, |point| at - point - 1);
+        let is_whole = at < DIGITS_TEXT_MAX && last != b'.' && digits <= f64::DIGITS as i32;
+        let t_s = count as f64 / POWERS.get(decimals).filter(|_| is_whole)?;
+        Some((Self { t_s, decimals: decimals as i32, digits }, at))
+    }
+
     /// A time that was written with so many decimals.
     pub fn written_to(t_s: f64, decimals: i32) -> Self {
         Self { t_s, decimals, digits: f64::DIGITS as i32 }
     }
 }
 
-/// Decimals up to which ten to their number is a double, and digits of which every number has a double of its own.
-const EXACT: (i32, f64) = (22, 1e15);
+/// Decimals up to which ten to their number is a double.
+const DECIMALS_MAX: i32 = 22;
+
+/// Bytes up to which a text's digits are read by themselves.
+const DIGITS_TEXT_MAX: usize = 18;
+/// Ten to as many decimals as such a text may have.
+const POWERS: [f64; DIGITS_TEXT_MAX] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17];
 
 /// Stamps that come as numbers: each is taken as the shortest text that reads back as it.
 #[derive(Debug, Clone)]
@@ -55,13 +84,16 @@ pub(super) struct Shortest {
     /// Decimals that stamps had so far, and ten to their number.
     decimals: i32,
     scale: f64,
+    /// Digits that stamps had so far, and ten to their number.
+    digits: i32,
+    digits_end: f64,
     /// Room for a text.
     text: Vec<u8>,
 }
 
 impl Default for Shortest {
     fn default() -> Self {
-        Self { decimals: 0, scale: 1.0, text: Vec::new() }
+        Self { decimals: 0, scale: 1.0, digits: 0, digits_end: 1.0, text: Vec::new() }
     }
 }
 
@@ -69,17 +101,34 @@ impl Shortest {
     /// `None` where it is not a finite number.
     #[inline]
     pub fn stamp(&mut self, t_s: f64) -> Option<Stamp> {
-        // No two numbers of up to 15 digits have the same double: one of them that reads back as the stamp is the shortest text,
-        // but for zeros at its end.
-        let whole = libm::round(t_s.abs() * self.scale);
-        #[expect(
-            clippy::float_cmp,
-            reason = "a division rounds to the very number that the text would be read as"
-        )]
-        let is_text = whole < EXACT.1 && whole / self.scale == t_s.abs();
-        if !is_text {
-            return if t_s.is_finite() { self.by_text(t_s) } else { None };
+        let stamp = self.exact(t_s)?;
+        if stamp.digits > self.digits && stamp.digits <= f64::DIGITS as i32 {
+            (self.digits, self.digits_end) = (stamp.digits, libm::pow(10.0, f64::from(stamp.digits)));
         }
+        Some(stamp)
+    }
+
+    /// The stamps of the numbers that come first, as long as none has more decimals or more digits than one before it had: such
+    /// stamps say nothing new about how stamps are written, so each is said to have as many as there were.
+    #[inline]
+    pub fn no_finer<'a>(&'a self, times: &'a [f64]) -> impl Iterator<Item = Stamp> + 'a {
+        let (decimals, digits) = (self.decimals, self.digits);
+        let end = self.digits_end;
+        let is_known = move |t_s: &f64| self.text_of(*t_s).is_some_and(|whole| whole < end);
+        times.iter().copied().take_while(is_known).map(move |t_s| Stamp { t_s, decimals, digits })
+    }
+
+    /// The whole number that a stamp without its sign and its decimal point would be, where it is one of the decimals there were.
+    #[inline]
+    fn text_of(&self, t_s: f64) -> Option<f64> {
+        shortest::without_point(t_s.abs(), self.scale)
+    }
+
+    #[inline]
+    fn exact(&mut self, t_s: f64) -> Option<Stamp> {
+        let Some(whole) = self.text_of(t_s) else {
+            return if t_s.is_finite() { self.by_text(t_s) } else { None };
+        };
         let (mut count, mut decimals) = (whole as u64, self.decimals);
         if count == 0 {
             return Some(Stamp { t_s, decimals: 0, digits: 0 });
@@ -97,7 +146,7 @@ impl Shortest {
         self.text.clear();
         shortest::push(&mut self.text, t_s);
         let stamp = Stamp::written_as(t_s, &self.text)?;
-        let is_exact = stamp.decimals <= EXACT.0 && stamp.digits <= f64::DIGITS as i32;
+        let is_exact = stamp.decimals <= DECIMALS_MAX && stamp.digits <= f64::DIGITS as i32;
         if is_exact && stamp.decimals > self.decimals {
             (self.decimals, self.scale) = (stamp.decimals, libm::pow(10.0, f64::from(stamp.decimals)));
         }
@@ -206,6 +255,7 @@ impl Resolution {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
 
     #[test]
     fn resolution_is_read_off_the_text() {
@@ -218,6 +268,34 @@ mod tests {
             assert!((step / step_s - 1.0).abs() < 1e-9, "{text}: {step}");
         }
         assert_eq!(Stamp::parse(b"inf"), None);
+    }
+
+    #[test]
+    fn a_text_of_few_digits_is_the_stamp_that_the_standard_library_reads() {
+        let texts =
+            ["0", "0.0", "7", "10", "0.07", "0.070", "12.5", "00012.5", "1234.567", "999999999999999"];
+        let more = ["0.000000000000001", "123456789012.345", "1000000", "170000000.000125"];
+        for text in texts.into_iter().chain(more) {
+            let followed = format!("{text},1");
+            assert_eq!(
+                Stamp::of_digits(followed.as_bytes()),
+                Some((Stamp::parse(text.as_bytes()).unwrap(), text.len()))
+            );
+        }
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        for _ in 0..100_000 {
+            let (count, decimals) = (rng.next_u64() % 1_000_000_000_000_000, (rng.next_u64() % 15) as usize);
+            let digits = format!("{count:016}");
+            let text = format!("{}.{}", &digits[..15 - decimals], &digits[15 - decimals..]);
+            let (stamp, length) = Stamp::of_digits(format!("{text}\n").as_bytes()).unwrap();
+            assert_eq!((stamp, length), (Stamp::parse(text.as_bytes()).unwrap(), text.len()), "{text}");
+        }
+        for text in ["", ".", ".5,", "5.,", "-1,", "x", "1234567890123456,", "0.12345678901234567890,"] {
+            assert_eq!(Stamp::of_digits(text.as_bytes()), None, "{text}");
+        }
+        // What follows tells whether the cell ends there.
+        assert_eq!(Stamp::of_digits(b"1e5,").unwrap().1, 1);
+        assert_eq!(Stamp::of_digits(b"1.5.2,").unwrap().1, 3);
     }
 
     /// Against the text that the standard library writes.

@@ -65,6 +65,15 @@ impl Stretch {
         self.next = 0;
     }
 
+    /// Adds rows by their lines, their stamps and r, y and u, column by column.
+    pub fn extend_rows(&mut self, rows: impl Iterator<Item = (u64, Stamp, [f64; 3])> + Clone) {
+        self.lines.extend(rows.clone().map(|(line, _, _)| line));
+        self.stamps.extend(rows.clone().map(|(_, stamp, _)| stamp));
+        self.r.extend(rows.clone().map(|(_, _, [r, _, _])| r));
+        self.y.extend(rows.clone().map(|(_, _, [_, y, _])| y));
+        self.u.extend(rows.map(|(_, _, [_, _, u])| u));
+    }
+
     /// Adds the numbers of rows whose lines and stamps are to follow.
     pub fn extend(&mut self, [r, y, u]: [&[f64]; 3]) {
         self.r.extend_from_slice(r);
@@ -77,6 +86,16 @@ impl Stretch {
     pub fn date(&mut self, line: u64, stamp: Stamp) {
         self.lines.push(line);
         self.stamps.push(stamp);
+    }
+
+    /// The same of rows that follow each other, the first of which is `line`.
+    #[inline]
+    pub fn date_all(&mut self, line: u64, stamps: impl Iterator<Item = Stamp>) -> usize {
+        let known = self.stamps.len();
+        self.stamps.extend(stamps);
+        let count = self.stamps.len() - known;
+        self.lines.extend(line..line + count as u64);
+        count
     }
 
     /// Drops those that got none.

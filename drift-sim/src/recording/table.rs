@@ -301,6 +301,25 @@ impl TableRows {
         };
         Some([column(r)?, column(choice.y?)?, column(choice.u?)?])
     }
+
+    /// Dates the rows that come next, at most so many, as long as their times are numbers that are written no more finely than those
+    /// before; how many it were.
+    fn date_numbers(&self, stretch: &mut Stretch, most: usize) -> usize {
+        let (Some(t), Some(clock)) = (self.choice.t, &self.clock) else { return 0 };
+        let Some(Cells::Double(times)) = self.cells(t) else { return 0 };
+        let times = times.get(self.next..self.next + most).unwrap_or_default();
+        stretch.date_all(self.line + 1, clock.numbers(times))
+    }
+}
+
+/// How many of a stretch's numbers are finite before the first that isn't. All are looked at first: without a way out several are
+/// compared at once.
+fn finite_first(signal: &[f64]) -> usize {
+    let signal = signal.get(..stretch::ROWS).unwrap_or(signal);
+    if signal.iter().fold(true, |finite, x| finite & x.is_finite()) {
+        return signal.len();
+    }
+    signal.iter().take_while(|x| x.is_finite()).count()
 }
 
 impl Rows for TableRows {
@@ -336,10 +355,14 @@ impl Rows for TableRows {
 
     fn read_ahead(&mut self, stretch: &mut Stretch, quality: &mut Quality) {
         let Some([r, y, u]) = self.numbers_alone() else { return };
-        let is_there = |at: &usize| [r, y, u].iter().all(|x| x.get(*at).is_some_and(|x| x.is_finite()));
-        let count = (0..stretch::ROWS).take_while(is_there).count();
+        let count = [r, y, u].into_iter().map(finite_first).min().unwrap_or(0);
         stretch.extend([r, y, u].map(|signal| signal.get(..count).unwrap_or_default()));
-        for _ in 0..count {
+        while stretch.len() < count {
+            let dated = self.date_numbers(stretch, count - stretch.len());
+            (self.next, self.line) = (self.next + dated, self.line + dated as u64);
+            if stretch.len() == count {
+                break;
+            }
             let stamp = self.choice.t.map_or(Ok(Stamp::default()), |t| self.stamp(t, self.next));
             let Ok(stamp) = stamp else { break };
             (self.next, self.line) = (self.next + 1, self.line + 1);

@@ -8,7 +8,7 @@ use drift_sim::control_loop::Loop;
 use drift_sim::controller::Controller;
 use drift_sim::output::Outputs;
 use drift_sim::reference::Reference;
-use drift_sim::shortest;
+use drift_sim::shortest::{self, FewDecimals};
 use drift_sim::simulate::{DEFAULT_SAMPLES, Driving, Row, Simulation, diverged, samples, time_s};
 use drift_sim::{Error, Result};
 
@@ -103,6 +103,7 @@ fn write(
         }
         writeln!(out)?;
         let mut text = Vec::with_capacity(2 * BUFFER_BYTES);
+        let (mut times, mut held) = (FewDecimals::default(), Held::default());
         for n in 0..length {
             let Row { r, u, inputs } = row(n);
             let t = time_s(n, model.sample_time_s);
@@ -114,8 +115,10 @@ fn write(
                 failed = Some(diverged(t).in_file(&arguments.loop_file));
                 return Err(std::io::Error::other("diverged"));
             }
-            shortest::push(&mut text, t);
-            for value in [r, step.y, step.u].iter().chain(&inputs) {
+            times.push(&mut text, t);
+            text.push(b',');
+            held.push(&mut text, r);
+            for value in [step.y, step.u].iter().chain(&inputs) {
                 text.push(b',');
                 shortest::push(&mut text, *value);
             }
@@ -134,6 +137,24 @@ fn write(
     failed.map_or(written, Err)?;
     outputs.commit()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A value that mostly stays the same from row to row, as text.
+#[derive(Default)]
+struct Held {
+    value: Option<f64>,
+    text: Vec<u8>,
+}
+
+impl Held {
+    fn push(&mut self, text: &mut Vec<u8>, value: f64) {
+        if self.value.map(f64::to_bits) != Some(value.to_bits()) {
+            self.value = Some(value);
+            self.text.clear();
+            shortest::push(&mut self.text, value);
+        }
+        text.extend_from_slice(&self.text);
+    }
 }
 
 /// A column's name as CSV wants it.

@@ -51,7 +51,7 @@ pub struct Runner {
 }
 
 /// Samples that are rounded to single precision at once: they stay in the processor's nearest memory.
-const ROUNDED_AT_ONCE: usize = 1024;
+const ROUNDED_AT_ONCE: usize = 512;
 
 impl Runner {
     /// A monitor that has seen nothing yet; `sample_time_s` is the recording's.

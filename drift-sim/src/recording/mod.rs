@@ -15,6 +15,7 @@ mod closed;
 mod columns;
 #[cfg(any(feature = "parquet", feature = "matlab73", feature = "blackbox", feature = "mcap"))]
 mod contained;
+mod course;
 mod csv;
 mod date;
 mod dates;

@@ -7,6 +7,7 @@
 //! the clocks of real loggers wander; while it catches up a stamp may be up to half a sample off the line, as long as
 //! its step from the one before is right.
 
+use super::course::{Course, Line};
 use super::quality::{Jitter, short};
 use super::stamp::{Resolution, Stamp};
 use crate::{Error, Result};
@@ -22,46 +23,6 @@ const GAP_ALWAYS: u64 = 1000;
 /// ... but never longer than this.
 const GAP_MAX: u64 = 100_000_000;
 
-/// Least-squares line t = mean_t + slope (k - mean_k), with weights that fade.
-#[derive(Debug, Clone, Copy, Default)]
-struct Line {
-    weight: f64,
-    mean_k: f64,
-    mean_t: f64,
-    kk: f64,
-    kt: f64,
-}
-
-impl Line {
-    #[inline]
-    fn learn(&mut self, k: f64, t: f64) {
-        const MEMORY: f64 = HEAD_ROWS as f64;
-        if self.weight >= MEMORY {
-            let fade =
-                if self.weight == MEMORY { (MEMORY - 1.0) / MEMORY } else { (MEMORY - 1.0) / self.weight };
-            self.weight *= fade;
-            self.kk *= fade;
-            self.kt *= fade;
-        }
-        let (dk, dt) = (k - self.mean_k, t - self.mean_t);
-        let old = self.weight;
-        self.weight += 1.0;
-        self.mean_k += dk / self.weight;
-        self.mean_t += dt / self.weight;
-        let share = old / self.weight;
-        self.kk += share * dk * dk;
-        self.kt += share * dk * dt;
-    }
-
-    fn slope(&self) -> f64 {
-        self.kt / self.kk
-    }
-
-    fn at(&self, k: f64) -> f64 {
-        self.mean_t + self.slope() * (k - self.mean_k)
-    }
-}
-
 /// Where a row belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
@@ -73,34 +34,13 @@ pub(super) enum Place {
     Repeated,
 }
 
-/// Where a row stands behind the one before.
-struct Next {
-    /// Its index on the grid.
-    k: u64,
-    /// Samples that are missing before it.
-    missing: f64,
-    /// How far it is from the line, s.
-    deviation_s: f64,
-    /// Whether its time is one of the grid's.
-    is_on_grid: bool,
-}
-
 /// The uniform grid that time stamps lie on.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
-    /// Times are kept from the first stamp on: stamps may count from 1970.
-    origin_s: f64,
     resolution: Resolution,
-    line: Line,
-    sample_time_s: f64,
+    course: Course,
     /// Rows that are in the line already.
     fitted: usize,
-    /// Index and time of the last row placed.
-    last: Option<(u64, f64)>,
-    /// How far that row was from the line, s.
-    last_deviation_s: f64,
-    /// Greatest deviation from the line, s, and its row's line.
-    pub deviation_max: (f64, u64),
 }
 
 impl Grid {
@@ -138,21 +78,12 @@ impl Grid {
             line.learn(k, stamp.t_s - origin_s);
             fitted += 1;
         }
-        let mut grid = Self {
-            origin_s,
-            resolution,
-            line,
-            sample_time_s: unit_s,
-            fitted,
-            last: None,
-            last_deviation_s: 0.0,
-            deviation_max: (0.0, 0),
-        };
+        let mut grid = Self { resolution, course: Course::new(origin_s, line, unit_s), fitted };
         if !line.slope().is_finite() {
             return Err(Error::new("the time stamps are too large to tell a sample time"));
         }
         grid.check_head(stamps, &steps)?;
-        grid.sample_time_s = match sample_time_s {
+        grid.course.sample_time_s = match sample_time_s {
             Some(given) => grid.agrees(given, k)?,
             None => simplest(line.slope(), grid.slope_tolerance(k, last_t)),
         };
@@ -162,17 +93,17 @@ impl Grid {
     /// Every one of the first stamps lies on the line, or the intervals say how far it is from uniform.
     fn check_head(&mut self, stamps: &[(u64, Stamp)], steps: &[(u64, f64)]) -> Result<()> {
         let mut k = 0.0;
-        let mut last_t = self.origin_s;
+        let mut last_t = self.course.origin_s;
         for (_, stamp) in stamps {
             if stamp.t_s > last_t {
-                k += libm::round((stamp.t_s - last_t) / self.sample_time_s).max(1.0);
+                k += libm::round((stamp.t_s - last_t) / self.course.sample_time_s).max(1.0);
                 last_t = stamp.t_s;
             }
-            let deviation = (stamp.t_s - self.origin_s - self.line.at(k)).abs();
+            let deviation = (stamp.t_s - self.course.origin_s - self.course.line.at(k)).abs();
             if deviation > self.tolerance_s(stamp.t_s) {
                 let found = jitter(steps);
                 let what = found.map_or_else(String::new, |j| format!(": {j}"));
-                let step_s = found.map_or(self.sample_time_s, |j| j.interval_s);
+                let step_s = found.map_or(self.course.sample_time_s, |j| j.interval_s);
                 return Err(Error::new(format!("the sampling is not uniform{what}"))
                     .allowed(format!("--resample {}", short(step_s))));
             }
@@ -182,8 +113,8 @@ impl Grid {
 
     /// The given sample time, where the time stamps don't contradict it.
     fn agrees(&self, given_s: f64, k_last: f64) -> Result<f64> {
-        let found_s = self.line.slope();
-        let t_last = self.origin_s + self.line.at(k_last);
+        let found_s = self.course.line.slope();
+        let t_last = self.course.origin_s + self.course.line.at(k_last);
         if (found_s - given_s).abs() > self.slope_tolerance(k_last, t_last).max(TOLERATED * given_s) {
             return Err(disagrees(given_s, found_s));
         }
@@ -193,72 +124,62 @@ impl Grid {
     /// How far the slope can be off without moving the line by a fifth of the stamps' resolution.
     fn slope_tolerance(&self, k_last: f64, t_last: f64) -> f64 {
         let rounding = 0.2 * self.resolution.step_s(t_last) / k_last.max(1.0);
-        rounding.min(0.1 * self.line.slope()).max(1e-12 * self.line.slope())
+        rounding.min(0.1 * self.course.line.slope()).max(1e-12 * self.course.line.slope())
     }
 
     #[inline]
     fn tolerance_s(&mut self, t_s: f64) -> f64 {
         let arithmetic = 8.0 * f64::EPSILON * t_s.abs();
         // Where stamps are coarser than the sampling, half a sample is all that can be told.
-        let rounding = self.resolution.next_step_s(t_s).min(0.5 * self.sample_time_s);
-        rounding.max(TOLERATED * self.sample_time_s) + arithmetic
+        let rounding = self.resolution.next_step_s(t_s).min(0.5 * self.course.sample_time_s);
+        rounding.max(TOLERATED * self.course.sample_time_s) + arithmetic
     }
 
     /// The sample time, s.
     pub fn sample_time_s(&self) -> f64 {
-        self.sample_time_s
+        self.course.sample_time_s
     }
 
     /// The step between neighbouring stamps where they stand now, s.
     pub fn resolution_s(&self) -> f64 {
-        let t = self.last.map_or(self.origin_s, |(_, t)| t);
+        let t = self.course.last.map_or(self.course.origin_s, |(_, t)| t);
         self.resolution.step_s(t)
     }
 
-    /// Puts a row on the grid that comes right after the one before; where it does not, nothing happens, and it is
-    /// [`Self::place`]'s to tell where it belongs.
-    #[inline]
-    pub fn follow(&mut self, file_line: u64, stamp: Stamp) -> bool {
-        let Some((last_k, last_t)) = self.last else { return false };
-        if self.fitted > 0 || stamp.t_s <= last_t || self.resolution.is_refined_by(stamp) {
+    /// Puts the rows on the grid that come first, each right after the one before, and adds their times to `t_s`; of the first that
+    /// does not, it is [`Self::place`]'s to tell where it belongs.
+    pub fn follow(&mut self, rows: impl Iterator<Item = (u64, Stamp)>, t_s: &mut Vec<f64>) {
+        if self.fitted > 0 {
+            return;
+        }
+        let mut course = self.course;
+        for (line, stamp) in rows {
+            if !self.follows(&mut course, line, stamp) {
+                break;
+            }
+            t_s.push(stamp.t_s);
+        }
+        self.course = course;
+    }
+
+    #[inline(always)]
+    fn follows(&mut self, course: &mut Course, file_line: u64, stamp: Stamp) -> bool {
+        let Some((last_k, last_t)) = course.last else { return false };
+        if stamp.t_s <= last_t || self.resolution.is_refined_by(stamp) {
             return false;
         }
         let tolerance = self.tolerance_s(stamp.t_s);
-        let next = self.next(stamp, (last_k, last_t), tolerance);
+        let next = course.next(stamp.t_s, (last_k, last_t), tolerance);
         if next.missing > 0.0 || !next.is_on_grid {
             return false;
         }
-        self.keep(file_line, stamp, next, true);
+        course.keep(file_line, stamp.t_s, next, true);
         true
     }
 
-    /// Where a row stands that comes after the last one, by the line and by the step from that row.
-    #[inline]
-    fn next(&self, stamp: Stamp, (last_k, last_t): (u64, f64), tolerance: f64) -> Next {
-        let t = stamp.t_s - self.origin_s;
-        // The line's place is surer than a rounded stamp's, until the clock has wandered away from it.
-        let wandered = if self.last_deviation_s.abs() > tolerance { self.last_deviation_s } else { 0.0 };
-        let steps = (t - self.line.at(last_k as f64) - wandered) / self.line.slope();
-        let missing = missing_before(steps);
-        let k = (last_k + 1).saturating_add(missing as u64);
-        let deviation_s = t - self.line.at(k as f64);
-        let step_error = stamp.t_s - last_t - (k - last_k) as f64 * self.line.slope();
-        let wanders = step_error.abs() <= tolerance && deviation_s.abs() <= 0.5 * self.sample_time_s;
-        let is_on_grid = deviation_s.abs() <= tolerance || wanders;
-        Next { k, missing, deviation_s, is_on_grid }
-    }
-
-    /// Keeps a row as the last one; the line learns from it where it is not fitted to it already.
-    #[inline]
-    fn keep(&mut self, file_line: u64, stamp: Stamp, next: Next, learns: bool) {
-        if next.deviation_s.abs() > self.deviation_max.0 {
-            self.deviation_max = (next.deviation_s.abs(), file_line);
-        }
-        if learns {
-            self.line.learn(next.k as f64, stamp.t_s - self.origin_s);
-        }
-        self.last = Some((next.k, stamp.t_s));
-        self.last_deviation_s = next.deviation_s;
+    /// Greatest deviation from the line, s, and its row's line.
+    pub fn deviation_max(&self) -> (f64, u64) {
+        self.course.deviation_max
     }
 
     /// Puts the next row on the grid.
@@ -268,8 +189,8 @@ impl Grid {
         if !already_fitted {
             self.resolution.learn(stamp);
         }
-        let Some((last_k, last_t)) = self.last else {
-            self.last = Some((0, stamp.t_s));
+        let Some((last_k, last_t)) = self.course.last else {
+            self.course.last = Some((0, stamp.t_s));
             return Ok(Place::Next);
         };
         if stamp.t_s < last_t {
@@ -280,7 +201,7 @@ impl Grid {
             return Ok(Place::Repeated);
         }
         let tolerance = self.tolerance_s(stamp.t_s);
-        let next = self.next(stamp, (last_k, last_t), tolerance);
+        let next = self.course.next(stamp.t_s, (last_k, last_t), tolerance);
         let (missing, so_far) = (next.missing, last_k + 1);
         let longest = (so_far.saturating_mul(GAP_LENGTHS)).clamp(GAP_ALWAYS, GAP_MAX);
         if missing > longest as f64 {
@@ -292,37 +213,30 @@ impl Grid {
             .at_line(file_line));
         }
         if !next.is_on_grid {
-            let (off, sample_time) = (short(next.deviation_s), short(self.sample_time_s));
+            let (off, sample_time) = (short(next.deviation_s), short(self.course.sample_time_s));
             let what = format!("the time stamp {} s is {off} s off the grid of {sample_time} s", stamp.t_s);
             return Err(Error::new(what).allowed(format!("--resample {sample_time}")).at_line(file_line));
         }
-        self.keep(file_line, stamp, next, !already_fitted);
+        self.course.keep(file_line, stamp.t_s, next, !already_fitted);
         Ok(if missing > 0.0 { Place::AfterGap(missing as u64) } else { Place::Next })
     }
 
     /// The sample time over the whole of what was read: the mean between the first stamp and the last, as simple a
     /// number as the stamps allow.
     pub fn whole_sample_time_s(&self) -> f64 {
-        match self.last {
+        match self.course.last {
             Some((k, t)) if k as usize > HEAD_ROWS => {
                 let tolerance = self.resolution.step_s(t) / k as f64;
-                let mean = (t - self.origin_s) / k as f64;
-                if (mean - self.sample_time_s).abs() <= tolerance {
-                    self.sample_time_s
+                let mean = (t - self.course.origin_s) / k as f64;
+                if (mean - self.course.sample_time_s).abs() <= tolerance {
+                    self.course.sample_time_s
                 } else {
                     simplest(mean, 0.2 * tolerance)
                 }
             }
-            _ => self.sample_time_s,
+            _ => self.course.sample_time_s,
         }
     }
-}
-
-/// How many samples are missing before a row that comes so many sample times after the one before.
-#[inline]
-fn missing_before(steps: f64) -> f64 {
-    // Nearly always none, which takes no rounding to tell.
-    if steps >= 1.5 { libm::round(steps) - 1.0 } else { 0.0 }
 }
 
 /// Intervals to the row before with the line that ends them, without those of rows at the same time.
@@ -452,7 +366,7 @@ mod tests {
         for (line, stamp) in &all {
             assert_eq!(grid.place(*line, *stamp).unwrap(), Place::Next, "line {line}");
         }
-        assert!(grid.deviation_max.0 < 0.006, "{:?}", grid.deviation_max);
+        assert!(grid.deviation_max().0 < 0.006, "{:?}", grid.deviation_max());
         assert_eq!(grid.whole_sample_time_s(), 0.066);
     }
 

@@ -251,10 +251,9 @@ impl RecordingStream {
         let mut t_s = std::mem::take(&mut self.stretch.t_s);
         match &mut self.pacing {
             Pacing::Grid(grid) => {
-                let followed = self.stretch.ahead().take_while(|(line, stamp)| grid.follow(*line, *stamp));
-                t_s.extend(followed.map(|(_, stamp)| stamp.t_s));
+                grid.follow(self.stretch.ahead(), &mut t_s);
                 (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) =
-                    grid.deviation_max;
+                    grid.deviation_max();
             }
             Pacing::Given(sample_time_s) => {
                 let (start_s, index) = (self.start_s, self.index);
@@ -303,7 +302,7 @@ impl RecordingStream {
         {
             let Pacing::Grid(grid) = &mut self.pacing else { return Ok(true) };
             let place = grid.place(self.row.line, self.row.stamp)?;
-            (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) = grid.deviation_max;
+            (self.quality.time_deviation_max_s, self.quality.time_deviation_max_line) = grid.deviation_max();
             match place {
                 Place::Next => return Ok(true),
                 Place::AfterGap(missing) => {

@@ -20,7 +20,10 @@ const BLOCKS_MAX: usize = 16;
 /// Some lines of text, the last one perhaps without its end.
 #[derive(Default)]
 struct Block {
-    text: Vec<u8>,
+    /// The text, and room for what may be read behind it.
+    room: Vec<u8>,
+    /// Where the text ends.
+    end: usize,
     /// Ends of lines in it.
     lines: u64,
     plain: PlainRows,
@@ -29,8 +32,20 @@ struct Block {
 }
 
 impl Block {
+    fn text(&self) -> &[u8] {
+        self.room.get(..self.end).unwrap_or_default()
+    }
+
+    /// Room for so many bytes behind the text.
+    fn room(&mut self, bytes: usize) -> &mut [u8] {
+        let end = self.end + bytes;
+        self.room.resize(self.room.len().max(end), 0);
+        self.room.get_mut(self.end..end).unwrap_or_default()
+    }
+
     fn read_rows(&mut self, plan: &Plan, from: usize) {
-        plan.read(&self.text, from, &mut self.plain);
+        let text = self.room.get(..self.end).unwrap_or_default();
+        plan.read(text, from, &mut self.plain);
         self.plan = Some(plan.number);
     }
 }
@@ -76,31 +91,50 @@ impl Blocks {
         }
     }
 
-    /// Steps to the plain row that begins where the text was handed on to, where there is one and it is wanted: its place among
-    /// [`Self::rows`], and its line.
+    /// Steps to the plain row that begins where the text was handed on to, where there is one: its place among [`Self::rows`], and its
+    /// line.
     #[inline]
-    pub fn plain(&mut self, plan: &Plan, is_wanted: impl Fn(&PlainRow) -> bool) -> Option<(usize, u64)> {
-        if self.at == self.current.text.len() && !self.advance(Some(plan)) {
-            return None;
+    pub fn plain(&mut self, plan: &Plan) -> Option<(usize, u64)> {
+        let PlainRow { to, line, .. } = *self.find_next(plan).first()?;
+        (self.at, self.next) = (to as usize, self.next + 1);
+        Some((self.next - 1, self.line + u64::from(line)))
+    }
+
+    /// Steps over the plain rows that begin there, one right after the other, as long as they are samples of a closed loop, at most so
+    /// many and all of one block; the line that their lines are counted from.
+    pub fn samples(&mut self, plan: &Plan, most: usize) -> (&[PlainRow], u64) {
+        let from = self.at;
+        let ahead = self.find_next(plan);
+        let mut at = from;
+        let follows = |row: &&PlainRow| {
+            let is_next = row.from as usize == at && row.is_sample();
+            at = row.to as usize;
+            is_next
+        };
+        let count = ahead.iter().take(most).take_while(follows).count();
+        let first = self.next;
+        self.next += count;
+        let rows = self.current.plain.rows.get(first..self.next).unwrap_or_default();
+        self.at = rows.last().map_or(self.at, |row| row.to as usize);
+        (rows, self.line)
+    }
+
+    /// The plain rows of the current block from the one on that begins where the text was handed on to; none where there is no such row.
+    #[inline]
+    fn find_next(&mut self, plan: &Plan) -> &[PlainRow] {
+        if self.at == self.current.end && !self.advance(Some(plan)) {
+            return &[];
         }
         if self.current.plan != Some(plan.number) {
             self.current.read_rows(plan, self.at);
             self.next = 0;
         }
         let rows = &self.current.plain.rows;
-        while let Some(row) = rows.get(self.next).filter(|row| row.from as usize <= self.at) {
-            let index = self.next;
-            let is_next = row.from as usize == self.at;
-            if is_next && !is_wanted(row) {
-                return None;
-            }
+        while rows.get(self.next).is_some_and(|row| (row.from as usize) < self.at) {
             self.next += 1;
-            if is_next {
-                self.at = row.to as usize;
-                return Some((index, self.line + u64::from(row.line)));
-            }
         }
-        None
+        let is_next = rows.get(self.next).is_some_and(|row| row.from as usize == self.at);
+        rows.get(self.next..).filter(|_| is_next).unwrap_or_default()
     }
 
     /// The plain rows of the current block.
@@ -114,15 +148,15 @@ impl Blocks {
     /// # Errors
     /// The source can't be read.
     pub fn fill(&mut self) -> io::Result<&[u8]> {
-        if self.at == self.current.text.len() && !self.advance(None) {
+        if self.at == self.current.end && !self.advance(None) {
             return self.failed.take().map_or(Ok(&[]), Err);
         }
-        Ok(self.current.text.get(self.at..).unwrap_or_default())
+        Ok(self.current.text().get(self.at..).unwrap_or_default())
     }
 
     /// So many bytes of it were used.
     pub fn consume(&mut self, count: usize) {
-        self.at = (self.at + count).min(self.current.text.len());
+        self.at = (self.at + count).min(self.current.end);
     }
 
     /// Goes to the next block; false where there is none.
@@ -155,15 +189,14 @@ impl Blocks {
     /// The next lines; `None` at the end. What stands before a fault is a block of its own.
     fn read_block(&mut self) -> io::Result<Option<Block>> {
         let mut block = self.spare.pop().unwrap_or_default();
-        block.plan = None;
-        let text = &mut block.text;
-        text.clear();
-        text.append(&mut self.rest);
-        while text.len() < LINE_BYTES_MAX {
-            let known = text.len();
-            text.resize(known + BLOCK_BYTES, 0);
-            let read = self.source.read(&mut text[known..]);
-            text.truncate(known + *read.as_ref().unwrap_or(&0));
+        (block.plan, block.end) = (None, 0);
+        block.room(self.rest.len()).copy_from_slice(&self.rest);
+        block.end = self.rest.len();
+        self.rest.clear();
+        while block.end < LINE_BYTES_MAX {
+            let known = block.end;
+            let read = self.source.read(block.room(BLOCK_BYTES));
+            block.end += *read.as_ref().unwrap_or(&0);
             match read {
                 Ok(0) => self.is_over = true,
                 Ok(_) => {}
@@ -173,13 +206,15 @@ impl Blocks {
             if self.is_over {
                 break;
             }
-            if let Some(end) = memchr::memrchr(b'\n', &text[known..]) {
-                self.rest.extend_from_slice(&text[known + end + 1..]);
-                text.truncate(known + end + 1);
+            let read = block.text().get(known..).unwrap_or_default();
+            if let Some(end) = memchr::memrchr(b'\n', read) {
+                let (whole, rest) = read.split_at(end + 1);
+                self.rest.extend_from_slice(rest);
+                block.end = known + whole.len();
                 break;
             }
         }
-        block.lines = memchr::memchr_iter(b'\n', &block.text).count() as u64;
-        Ok(Some(block).filter(|block| !block.text.is_empty()))
+        block.lines = memchr::memchr_iter(b'\n', block.text()).count() as u64;
+        Ok(Some(block).filter(|block| block.end > 0))
     }
 }

@@ -29,7 +29,7 @@ use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 use blocks::Blocks;
 use layout::{Layout, Separator};
-use plain::{Delimiters, PlainRow, Plan};
+use plain::{Delimiters, Plan};
 use rows::CsvRows;
 
 /// Text that the layout is found from.
@@ -102,31 +102,29 @@ impl CsvRecords {
     /// The next row into `row` where it is a plain one; false where it takes the parser, and at the end.
     #[inline]
     fn plain(&mut self, plan: &Plan, row: &mut Row, quality: &mut Quality) -> bool {
-        let Some((index, line)) = self.source.plain(plan, |_| true) else { return false };
+        let Some((index, line)) = self.source.plain(plan) else { return false };
         self.source.rows().write(index, row);
         row.line = line;
-        self.pass(line, quality);
+        self.pass(1, line, quality);
         true
     }
 
     /// The plain rows that come next, as long as they are samples of a closed loop.
     fn samples(&mut self, plan: &Plan, stretch: &mut Stretch, quality: &mut Quality) {
         while stretch.len() < stretch::ROWS {
-            let Some((index, line)) = self.source.plain(plan, |row| row.sample().is_some()) else { return };
-            let Some((stamp, [r, y, u])) = self.source.rows().rows.get(index).and_then(PlainRow::sample)
-            else {
-                return;
-            };
-            stretch.extend([&[r], &[y], &[u]]);
-            stretch.date(line, stamp);
-            self.pass(line, quality);
+            let (rows, line) = self.source.samples(plan, stretch::ROWS - stretch.len());
+            let Some(last) = rows.last() else { return };
+            let (count, last) = (rows.len() as u64, line + u64::from(last.line));
+            stretch
+                .extend_rows(rows.iter().map(|row| (line + u64::from(row.line), row.stamp, row.signals())));
+            self.pass(count, last, quality);
         }
     }
 
-    /// Goes on behind a row that the parser has not seen.
+    /// Goes on behind so many rows that the parser has not seen, the last of which is on this line.
     #[inline]
-    fn pass(&mut self, line: u64, quality: &mut Quality) {
-        quality.blank_lines += line.saturating_sub(self.last_line + 1);
+    fn pass(&mut self, rows: u64, line: u64, quality: &mut Quality) {
+        quality.blank_lines += line.saturating_sub(self.last_line + rows);
         self.last_line = line;
         self.parser.set_line(line + 1);
     }

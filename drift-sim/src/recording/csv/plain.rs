@@ -67,7 +67,7 @@ pub(super) struct PlainRow {
     /// Its line, counted from the block's first.
     pub line: u32,
     manual: bool,
-    stamp: Stamp,
+    pub stamp: Stamp,
     r: f64,
     y: f64,
     u: f64,
@@ -75,11 +75,16 @@ pub(super) struct PlainRow {
 }
 
 impl PlainRow {
-    /// Its time and r, y and u, where they are all there and the loop is closed.
+    /// Whether r, y and u are all there and the loop is closed.
     #[inline]
-    pub fn sample(&self) -> Option<(Stamp, [f64; 3])> {
-        let signals = [self.r, self.y, self.u];
-        (!self.manual && signals.iter().all(|x| x.is_finite())).then_some((self.stamp, signals))
+    pub fn is_sample(&self) -> bool {
+        !self.manual && self.signals().iter().all(|x| x.is_finite())
+    }
+
+    /// r, y and u.
+    #[inline]
+    pub fn signals(&self) -> [f64; 3] {
+        [self.r, self.y, self.u]
     }
 }
 
@@ -135,13 +140,14 @@ impl Plan {
             return;
         }
         let mut line = memchr::memchr_iter(b'\n', text.get(..from).unwrap_or_default()).count() as u32;
+        let mut r = Repeated::default();
         let (mut at, mut begin) = (from, from);
         while at < text.len() {
             if text.get(at) == Some(&b'\n') {
                 (at, line) = (at + 1, line + 1);
                 continue;
             }
-            match self.row(text, at, &mut found.extra).filter(|(_, to)| to - at <= ROW_BYTES_MAX) {
+            match self.row(text, at, &mut r, &mut found.extra).filter(|(_, to)| to - at <= ROW_BYTES_MAX) {
                 Some((row, to)) => {
                     found.rows.push(PlainRow { from: begin as u32, to: to as u32, line, ..row });
                     at = to;
@@ -159,7 +165,13 @@ impl Plan {
 
     /// A row and where the next one begins; `None` where it is not plain.
     #[inline]
-    fn row(&self, text: &[u8], from: usize, extra: &mut Vec<f64>) -> Option<(PlainRow, usize)> {
+    fn row<'a>(
+        &self,
+        text: &'a [u8],
+        from: usize,
+        r: &mut Repeated<'a>,
+        extra: &mut Vec<f64>,
+    ) -> Option<(PlainRow, usize)> {
         if self.comment.is_some() && text.get(from).copied() == self.comment {
             return None;
         }
@@ -172,11 +184,8 @@ impl Plan {
         let mut cells = Cells { text, separator: self.separator, from, to: from, next: from, seen: 0 };
         for (index, part) in &self.parts {
             match part {
-                Part::Time => {
-                    let t_s = cells.number(*index, self.mark).filter(|t| t.is_finite())?;
-                    row.stamp = self.unit.scale(Stamp::written_as(t_s, cells.cell())?);
-                }
-                Part::R => row.r = cells.number(*index, self.mark)?,
+                Part::Time => row.stamp = self.unit.scale(cells.stamp(*index, self.mark)?),
+                Part::R => row.r = cells.repeated(*index, self.mark, r)?,
                 Part::Y => row.y = cells.number(*index, self.mark)?,
                 Part::U => row.u = cells.number(*index, self.mark)?,
                 Part::Extra(i) => {
@@ -192,6 +201,15 @@ impl Plan {
         }
         Some((row, cells.end(self.width)?))
     }
+}
+
+/// A number and the text that it was read from, with what separates it from the next. A reference mostly is what it was.
+#[derive(Default)]
+struct Repeated<'a> {
+    text: &'a [u8],
+    /// Of the cell alone.
+    length: usize,
+    value: f64,
 }
 
 /// The cells of one row, from left to right.
@@ -243,24 +261,67 @@ impl<'a> Cells<'a> {
         Some(self.cell())
     }
 
+    /// The time stamp in a cell.
+    #[inline]
+    fn stamp(&mut self, index: usize, mark: DecimalMark) -> Option<Stamp> {
+        if self.is_ahead(index, mark)
+            && let Some((stamp, length)) = Stamp::of_digits(self.text.get(self.next..)?)
+            && self.pass(length).is_some()
+        {
+            return Some(stamp);
+        }
+        let t_s = self.number(index, mark).filter(|t| t.is_finite())?;
+        Stamp::written_as(t_s, self.cell())
+    }
+
+    /// The number in a cell that may say the same as in the row before.
+    #[inline]
+    fn repeated(&mut self, index: usize, mark: DecimalMark, before: &mut Repeated<'a>) -> Option<f64> {
+        if self.is_ahead(index, mark)
+            && !before.text.is_empty()
+            && self.text.get(self.next..)?.starts_with(before.text)
+        {
+            self.from = self.next;
+            (self.to, self.next) = (self.from + before.length, self.from + before.text.len());
+            self.seen += 1;
+            return Some(before.value);
+        }
+        let value = self.number(index, mark)?;
+        *before = Repeated { text: self.text.get(self.from..self.next)?, length: self.to - self.from, value };
+        Some(value)
+    }
+
+    /// Whether a cell is the next one, and a number in it can be read before its end is known.
+    #[inline]
+    fn is_ahead(&mut self, index: usize, mark: DecimalMark) -> bool {
+        while self.seen < index {
+            if self.step().is_none() {
+                return false;
+            }
+        }
+        self.seen == index && mark == DecimalMark::Point && !self.is_last()
+    }
+
+    /// Goes on by a cell of this length, where it ends there.
+    #[inline]
+    fn pass(&mut self, length: usize) -> Option<()> {
+        let behind = self.behind(self.text.get(self.next..)?, length)?;
+        self.from = self.next;
+        self.to = self.from + length;
+        self.next = self.to + behind;
+        self.seen += 1;
+        Some(())
+    }
+
     /// The number in a cell, read together with its end; NaN for a word that says there is none.
     #[inline]
     fn number(&mut self, index: usize, mark: DecimalMark) -> Option<f64> {
-        while self.seen < index {
-            self.step()?;
-        }
-        if self.seen == index && mark == DecimalMark::Point && !self.is_last() {
-            let text = self.text.get(self.next..)?;
-            if let Ok((value, length)) = fast_float2::parse_partial::<f64, _>(text)
-                && value.is_finite()
-                && let Some(behind) = self.behind(text, length)
-            {
-                self.from = self.next;
-                self.to = self.from + length;
-                self.next = self.to + behind;
-                self.seen += 1;
-                return Some(value);
-            }
+        if self.is_ahead(index, mark)
+            && let Ok((value, length)) = fast_float2::parse_partial::<f64, _>(self.text.get(self.next..)?)
+            && value.is_finite()
+            && self.pass(length).is_some()
+        {
+            return Some(value);
         }
         let cell = self.go_to(index)?;
         // A first mark settles what the file's is: that is no plain row.

@@ -2,7 +2,7 @@
 
 use ::parquet::basic::{LogicalType, TimeUnit, Type};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use ::parquet::data_type::{ByteArray, DataType, Int96};
+use ::parquet::data_type::{ByteArray, DataType, DoubleType, Int96};
 use ::parquet::schema::types::ColumnDescriptor;
 
 use super::refused;
@@ -80,9 +80,7 @@ impl Column {
             (ColumnReader::FloatColumnReader(r), Cells::Single(into)) => {
                 each(r, level, |x| into.push(x.copied().unwrap_or(f32::NAN)))
             }
-            (ColumnReader::DoubleColumnReader(r), Cells::Double(into)) => {
-                each(r, level, |x| into.push(x.copied().unwrap_or(f64::NAN)))
-            }
+            (ColumnReader::DoubleColumnReader(r), Cells::Double(into)) => doubles(r, level, into),
             (ColumnReader::Int32ColumnReader(r), Cells::Dates(into)) => {
                 each(r, level, |x| into.since_1970.push(x.map(|x| i64::from(*x))))
             }
@@ -123,6 +121,26 @@ fn each<T: DataType>(
     } else {
         let mut values = values.iter();
         levels.iter().for_each(|level| take(if *level == max_level { values.next() } else { None }));
+    }
+    Ok(())
+}
+
+/// The next numbers, NaN for null. They are read to where they stay; nulls move them to their places afterwards.
+fn doubles(reader: &mut ColumnReaderImpl<DoubleType>, max_level: i16, into: &mut Vec<f64>) -> Result<()> {
+    let mut levels = Vec::with_capacity(if max_level > 0 { BATCH_ROWS } else { 0 });
+    reader.read_records(BATCH_ROWS, Some(&mut levels), None, into).map_err(refused)?;
+    let mut from = into.len();
+    if max_level == 0 || from == levels.len() {
+        return Ok(());
+    }
+    into.resize(levels.len(), f64::NAN);
+    for (at, level) in levels.iter().enumerate().rev() {
+        let is_there = *level == max_level && from > 0;
+        from -= usize::from(is_there);
+        let value = if is_there { into.get(from).copied() } else { None };
+        if let Some(place) = into.get_mut(at) {
+            *place = value.unwrap_or(f64::NAN);
+        }
     }
     Ok(())
 }

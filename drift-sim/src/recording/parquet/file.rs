@@ -1,7 +1,7 @@
 //! A file that several columns are read from at once, each at a place of its own.
 
 use std::fs::File;
-use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ::parquet::errors::{ParquetError, Result};
@@ -28,6 +28,13 @@ impl Shared {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(at))?;
         file.read(buffer)
+    }
+
+    /// Adds so many bytes, or those that are there. The file itself is asked: what it fills need not be zeroed before.
+    fn append(&self, at: u64, length: u64, bytes: &mut Vec<u8>) -> io::Result<usize> {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(at))?;
+        (&mut *file).take(length).read_to_end(bytes)
     }
 }
 
@@ -59,15 +66,11 @@ impl ChunkReader for Shared {
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes> {
-        let mut bytes = vec![0; length];
-        Place { file: self.clone(), at: start }.read_exact(&mut bytes).map_err(|error| {
-            match error.kind() {
-                ErrorKind::UnexpectedEof => {
-                    ParquetError::EOF(format!("{length} bytes at {start} are not there"))
-                }
-                _ => error.into(),
-            }
-        })?;
+        let mut bytes = Vec::with_capacity(length);
+        self.append(start, length as u64, &mut bytes)?;
+        if bytes.len() < length {
+            return Err(ParquetError::EOF(format!("{length} bytes at {start} are not there")));
+        }
         Ok(bytes.into())
     }
 }

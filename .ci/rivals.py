@@ -238,7 +238,8 @@ def by_polars(reader):
 
 def by_duckdb(file):
     query = f"select count(t + r), sum(y), sum(u) from '{file}'"
-    return python("import sys, duckdb; print(*duckdb.sql(sys.argv[1]).fetchall()[0])", query)
+    quiet = "duckdb.sql('set enable_progress_bar = false')"
+    return python(f"import sys, duckdb; {quiet}; print(*duckdb.sql(sys.argv[1]).fetchall()[0])", query)
 
 
 def by_pandas(file):

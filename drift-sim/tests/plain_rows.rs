@@ -102,6 +102,16 @@ fn rows_in_blocks_are_those_read_one_by_one() {
     };
     let quality = check("odd", &odd, "\n", true);
     assert!(quality.contains("missing_r: 297"), "{quality}");
+    // A reference that stays, in every spelling, and each of which begins like the one before.
+    let spellings = ["2.5", "2.50", "2.5e0", "-3", "", " 7 ", "7", "nan", "1e999", "+1.", "\"2.5\""];
+    let held = |i: usize, row: &str| {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[1] = spellings[i / 40 % spellings.len()];
+        cells.join(",")
+    };
+    for end in ["\n", "\r\n"] {
+        check("held", &held, end, true);
+    }
 }
 
 #[test]

@@ -192,7 +192,8 @@ impl Channel {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Moved {
     /// Neither, at three standard errors: too few windows yet, or a change of scatter only.
-    Undecided,
+    // From 1: an absent curve is then a byte of zero, and a state without one is cleared, not filled.
+    Undecided = 1,
     /// b0 alone: the curve was lifted or lowered.
     Intercept,
     /// b1 alone: it was tilted about x = 0.
@@ -203,26 +204,27 @@ pub enum Moved {
 
 impl Moved {
     /// `shift`: mean distance from the baseline at the windows seen; `tilt`: change of slope.
+    #[inline(always)]
     fn judge(fit: &Line, windows: u32, baseline: &Baseline, shift: f32, tilt: f32) -> Self {
         let variance = baseline.sigma * baseline.sigma;
         // Nine times the variance on the right of each comparison: three standard errors without a square root.
-        let mut shift_variance = variance / windows.max(1) as f32;
+        let mut shift_variance = variance / windows as f32;
         if baseline.windows > 0.0 {
             shift_variance += variance / baseline.windows;
         }
-        let mut tilt_variance = if fit.x_ss() > 0.0 { variance / fit.x_ss() } else { f32::INFINITY };
+        let mut tilt_variance = if math::exceeds(fit.x_ss(), 0.0) { variance / fit.x_ss() } else { f32::INFINITY };
         if baseline.x_ss > 0.0 {
             tilt_variance += variance / baseline.x_ss;
         }
-        let tilted = windows > 2 && tilt * tilt > 9.0 * tilt_variance;
+        let tilted = windows > 2 && math::exceeds(tilt * tilt, 9.0 * tilt_variance);
         if !tilted {
-            let lifted = shift * shift > 9.0 * shift_variance;
+            let lifted = math::exceeds(shift * shift, 9.0 * shift_variance);
             return if lifted { Self::Intercept } else { Self::Undecided };
         }
         let x = fit.x_mean();
         let lift = shift - tilt * x;
         let lift_variance = shift_variance + tilt_variance * (x * x);
-        if lift * lift > 9.0 * lift_variance { Self::Both } else { Self::Slope }
+        if math::exceeds(lift * lift, 9.0 * lift_variance) { Self::Both } else { Self::Slope }
     }
 }
 
@@ -244,7 +246,9 @@ pub struct FaultCurve {
 }
 
 impl FaultCurve {
+    #[inline(always)]
     pub(crate) fn of(fit: &Line, windows: u32, baseline: &Baseline) -> Self {
+        let windows = windows.max(1);
         let shift = baseline.residual(fit.x_mean(), fit.value_mean());
         let b1 = fit.b1(windows);
         let b0 = fit.value_mean() - b1 * fit.x_mean();

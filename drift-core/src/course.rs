@@ -15,6 +15,7 @@ use core::fmt::Debug;
 use crate::channel::{Baseline, FaultCurve};
 use crate::detector::Side;
 use crate::line_fit::{LINE_BYTES, Line};
+use crate::math::{exceeds, reaches};
 use crate::options::Never;
 use crate::store::{Fingerprint, Reader, Writer};
 
@@ -75,9 +76,10 @@ pub enum Verdict {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
-    Healthy,
-    Suspect,
-    Drift,
+    // The numbers of the verdicts: nothing is looked up.
+    Healthy = Verdict::Healthy as isize,
+    Suspect = Verdict::Suspect as isize,
+    Drift = Verdict::Drift as isize,
 }
 
 /// Whether a confirmed drift is refitted, as a type: [`Refitted`] or [`Never`].
@@ -94,8 +96,8 @@ pub trait Curve: Copy + Debug + PartialEq + 'static {
     const BYTES: usize;
     /// Adds a window as the `windows`th since the alarm.
     fn add(state: &mut Self::State, windows: u16, x: f32, value: f32);
-    /// The curve of a confirmed drift.
-    fn shown(state: &Self::State, windows: u16, baseline: &Baseline) -> Self::Shown;
+    /// Reports the curve of a confirmed drift.
+    fn show(state: &Self::State, windows: u16, baseline: &Baseline, into: &mut Self::Shown);
     /// Whether such a state can be.
     fn possible(state: &Self::State) -> bool;
     /// Saves.
@@ -118,8 +120,9 @@ impl Curve for Refitted {
     fn add(state: &mut Line, windows: u16, x: f32, value: f32) {
         state.add(u32::from(windows), x, value);
     }
-    fn shown(state: &Line, windows: u16, baseline: &Baseline) -> Option<FaultCurve> {
-        Some(FaultCurve::of(state, u32::from(windows), baseline))
+    #[inline(always)]
+    fn show(state: &Line, windows: u16, baseline: &Baseline, into: &mut Option<FaultCurve>) {
+        *into = Some(FaultCurve::of(state, u32::from(windows), baseline));
     }
     fn possible(state: &Line) -> bool {
         state.possible()
@@ -141,7 +144,7 @@ impl Curve for Never {
     #[inline(always)]
     fn add((): &mut (), _: u16, _: f32, _: f32) {}
     #[inline(always)]
-    fn shown((): &(), _: u16, _: &Baseline) {}
+    fn show((): &(), _: u16, _: &Baseline, (): &mut ()) {}
     fn possible((): &()) -> bool {
         true
     }
@@ -195,12 +198,12 @@ impl<F: Curve> Course<F> {
         self.hops = self.hops.saturating_add(1);
         F::add(&mut self.since, self.hops, x, value);
         self.weigh(decision, self.side.sign() * z);
-        if self.evidence <= -decision.log_odds {
+        if reaches(-self.evidence, decision.log_odds) {
             let was_drift = self.phase == Phase::Drift;
             *self = Self::HEALTHY;
             return if was_drift { Verdict::Recovered } else { Verdict::Disturbance };
         }
-        if self.hops >= decision.confirm_hops && self.evidence >= decision.log_odds {
+        if self.hops >= decision.confirm_hops && reaches(self.evidence, decision.log_odds) {
             self.phase = Phase::Drift;
         }
         self.verdict()
@@ -210,18 +213,18 @@ impl<F: Curve> Course<F> {
         let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
         let most = 0.5 * decision.log_odds;
         // `clamp` would keep a path to a panic in the image.
-        let step_bounded = if step > most {
+        let step_bounded = if exceeds(step, most) {
             most
-        } else if step < -most {
+        } else if exceeds(-step, most) {
             -most
         } else {
             step
         };
         self.evidence += step_bounded;
-        if self.evidence > decision.log_odds {
+        if exceeds(self.evidence, decision.log_odds) {
             self.evidence = decision.log_odds;
         }
-        if step > 0.0 {
+        if exceeds(step, 0.0) {
             self.hops_away = self.hops_away.saturating_add(1);
             self.mean_away += (away - self.mean_away) / f32::from(self.hops_away);
         }
@@ -231,7 +234,7 @@ impl<F: Curve> Course<F> {
     fn shift(&self, decision: &Decision) -> f32 {
         // `f32::max` would call fmaxf, which a C firmware may not link.
         let half = 0.5 * self.mean_away;
-        if half > decision.smallest_shift { half } else { decision.smallest_shift }
+        if exceeds(half, decision.smallest_shift) { half } else { decision.smallest_shift }
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
@@ -246,10 +249,14 @@ impl<F: Curve> Course<F> {
         (self.phase != Phase::Healthy).then_some(self.side)
     }
 
-    /// The curve of the windows since the alarm, once the drift is confirmed.
+    /// Reports the curve of the windows since the alarm, once the drift is confirmed.
     #[inline(always)]
-    pub(crate) fn curve(&self, baseline: &Baseline) -> F::Shown {
-        if self.phase == Phase::Drift { F::shown(&self.since, self.hops, baseline) } else { F::NOT_SHOWN }
+    pub(crate) fn show_curve(&self, baseline: &Baseline, into: &mut F::Shown) {
+        // Written in place: an optional curve that is handed over is copied, its padding included.
+        *into = F::NOT_SHOWN;
+        if self.phase == Phase::Drift {
+            F::show(&self.since, self.hops, baseline, into);
+        }
     }
 
     pub(crate) fn possible(&self, decision: &Decision) -> bool {
@@ -258,8 +265,12 @@ impl<F: Curve> Course<F> {
     }
 
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.u8(self.phase as u8);
-        to.u8(self.side as u8);
+        to.u8(match self.phase {
+            Phase::Healthy => 0,
+            Phase::Suspect => 1,
+            Phase::Drift => 2,
+        });
+        to.u8(u8::from(self.side == Side::Low));
         to.u16(self.hops);
         to.u16(self.hops_away);
         to.f32(self.mean_away);

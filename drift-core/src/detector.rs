@@ -31,7 +31,8 @@ use crate::store::{Fingerprint, Reader, Writer};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Side {
     /// The residual lies above the baseline.
-    High,
+    // From 1: no side is then a byte of zero, and no alarms are cleared, not filled.
+    High = 1,
     /// The residual lies below the baseline.
     Low,
 }

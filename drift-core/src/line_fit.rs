@@ -39,7 +39,8 @@ impl Line {
     pub(crate) fn add(&mut self, windows: u32, x: f32, value: f32) {
         let mut next = *self;
         next.learn(windows, x, value);
-        if next.finite() {
+        // A mean that is not finite makes its sum so.
+        if next.x_ss.is_finite() && next.x_value_ss.is_finite() {
             *self = next;
         }
     }

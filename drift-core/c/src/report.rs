@@ -1,7 +1,7 @@
 //! The report as C sees it.
 
 use drift_core::{
-    ChannelKind, ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, PairIndices,
+    ChannelKind, ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, Moved, PairIndices,
     Report, Side, TotalExcluded,
 };
 
@@ -219,7 +219,12 @@ impl ReportedCurve for Option<FaultCurve> {
     fn report(&self, into: &mut drift_channel_report_t) {
         if let Some(curve) = self {
             into.has_fault_curve = 1;
-            into.moved = curve.moved as u8;
+            into.moved = match curve.moved {
+                Moved::Undecided => codes::DRIFT_MOVED_UNDECIDED,
+                Moved::Intercept => codes::DRIFT_MOVED_INTERCEPT,
+                Moved::Slope => codes::DRIFT_MOVED_SLOPE,
+                Moved::Both => codes::DRIFT_MOVED_BOTH,
+            };
             (into.fault_b0, into.fault_b1, into.fault_shift) = (curve.b0, curve.b1, curve.shift);
             into.fault_windows = curve.windows;
         }

@@ -1,6 +1,7 @@
 //! Two-sided CUSUM (Page 1954) with optional head start (Lucas & Crosier 1982).
 
 use super::{Detector, DetectorState, Side};
+use crate::math::exceeds;
 use crate::store::{Reader, Writer};
 
 /// `high = max(0, high + z - k)`, `low = max(0, low - z - k)`; alarm above `h`.
@@ -79,9 +80,9 @@ impl Detector for Cusum {
     fn update(&self, state: &mut CusumState, z: f32) -> Option<Side> {
         state.high = positive(state.high + (z - self.k));
         state.low = positive(state.low - (z + self.k));
-        let side = if state.high > self.h {
+        let side = if exceeds(state.high, self.h) {
             Side::High
-        } else if state.low > self.h {
+        } else if exceeds(state.low, self.h) {
             Side::Low
         } else {
             return None;
@@ -100,5 +101,5 @@ impl Detector for Cusum {
 }
 
 fn positive(x: f32) -> f32 {
-    if x > 0.0 { x } else { 0.0 }
+    if exceeds(x, 0.0) { x } else { 0.0 }
 }

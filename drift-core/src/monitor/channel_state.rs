@@ -70,7 +70,7 @@ impl<O: Options> ChannelState<O> {
         }
         out.detectors = O::Detectors::shown(&self.detectors);
         out.side = self.course.side();
-        out.fault_curve = self.course.curve(&channel.baseline);
+        self.course.show_curve(&channel.baseline, &mut out.fault_curve);
     }
 
     #[inline(always)]

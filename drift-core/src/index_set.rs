@@ -329,6 +329,13 @@ macro_rules! full {
                 let [peak_u, peak_e] = peaks;
                 let error = step.r.minus(step.y);
                 let (magnitude, u_magnitude) = (error.magnitude(), step.u.magnitude());
+                // First: behind the sums their numbers would take one register more than there are.
+                if magnitude > *peak_e {
+                    *peak_e = magnitude;
+                }
+                if u_magnitude > *peak_u {
+                    *peak_u = u_magnitude;
+                }
                 step.u.add_square(energy);
                 add_error::<N>(absolute, core::slice::from_mut(t_absolute), tick_in_block, magnitude, false);
                 add_error::<N>(square, core::slice::from_mut(t_square), tick_in_block, magnitude, true);
@@ -342,12 +349,6 @@ macro_rules! full {
                 let dy = step.y.minus(step.y_before);
                 step.u.along(dy).add(motion_effort);
                 dy.magnitude().add(travel);
-                if magnitude > *peak_e {
-                    *peak_e = magnitude;
-                }
-                if u_magnitude > *peak_u {
-                    *peak_u = u_magnitude;
-                }
             }
 
             fn indices(window: &Self::Closed, by: &Scale) -> $Indices {

@@ -88,7 +88,7 @@ pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     // The order of these two: from the first place of a word a host's compiler loads the whole word, which waits until the half that
     // the tick before wrote has left the store buffer. On a controller the other order is the shorter code.
     /// The tick of the block that needs a closer look than the usual one: the last of a strip or, unless the readings
-    /// before are known, the next. Counted from 1.
+    /// before are known, the next. Counted from 0.
     #[cfg(target_pointer_width = "64")]
     look_at: u16,
     tick_in_block: u16,
@@ -177,7 +177,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
                 channels: core::array::from_fn(|_| channel_state::unjudged::<O>()),
             },
             tick_in_block: 0,
-            look_at: 1,
+            look_at: 0,
             left_out: 0,
             blocks_to_hop: self.first_hop(),
             link: Link::None,
@@ -210,14 +210,13 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         u: N,
     ) -> Option<&'s ReportOf<N, S, O, C>> {
         // A few comparisons on most ticks; whatever else they can lead to is one call apart.
-        let next = state.tick_in_block.wrapping_add(1);
-        if next != state.look_at
+        if state.tick_in_block != state.look_at
             && N::surely_admissible(r, y, u)
             && state.point_known()
             && self.undisturbed(&state.blanking, r, u)
         {
             let tick = u32::from(state.tick_in_block);
-            state.tick_in_block = next;
+            state.tick_in_block = state.tick_in_block.wrapping_add(1);
             let (r_before, y_before) = state.trace.before();
             state.trace.remember(r, y);
             state.blanking.remember(r);
@@ -284,7 +283,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         let first = u32::from(state.tick_in_block);
         // At the beginning of a strip with nothing rare in sight the next look is at its end.
         let begins = first.is_multiple_of(u32::from(STRIP_TICKS))
-            && u32::from(state.look_at) == first + u32::from(STRIP_TICKS);
+            && u32::from(state.look_at) == first + u32::from(STRIP_TICKS) - 1;
         let goes_on = first + (STRIPS * TICKS) as u32;
         if N::EXACT || !begins || goes_on >= self.config.block_ticks || !state.point_known() {
             return 0;
@@ -351,7 +350,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     /// Ticks up to the first that needs a closer look, the sums kept in registers; how many there were.
     #[inline]
     fn strip(&self, state: &mut State<N, S, O, C>, r: &[N], y: &[N], u: &[N]) -> usize {
-        let free = state.look_at.wrapping_sub(state.tick_in_block).wrapping_sub(1);
+        let free = state.look_at.wrapping_sub(state.tick_in_block);
         if !state.point_known() {
             return 0;
         }
@@ -442,7 +441,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         state.sums = S::NO_SUMS;
         state.start_block();
         state.tick_in_block = 0;
-        state.look_at = 1;
+        state.look_at = 0;
         state.blocks_to_hop = self.first_hop();
         state.link = Link::None;
         state.blanking.set(0);
@@ -457,7 +456,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn admit(&self, state: &mut State<N, S, O, C>, r: N, y: N, u: N) -> Result<Step<N>, Exclusion> {
         if !(r.admissible() && y.admissible() && u.admissible() && state.point_known()) {
             state.miss();
@@ -501,19 +500,19 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         if closes {
             state.tick_in_block = 0;
         }
-        state.look_at = state.tick_in_block.wrapping_add(1);
+        state.look_at = state.tick_in_block;
         if state.link == Link::Tick && state.blanking.ticks() == 0 {
             state.look_at = self.strip_end(state.tick_in_block);
         }
         if closes { self.close_block(state) } else { None }
     }
 
-    /// Where a strip that begins at `tick`, or holds it, ends.
+    /// The last tick of a strip that begins at `tick`, or holds it.
     fn strip_end(&self, tick: u16) -> u16 {
         // No block is longer than a u16 counts.
-        let block = self.config.block_ticks as u16;
-        let end = (tick | (STRIP_TICKS - 1)).wrapping_add(1);
-        if N::EXACT || end == 0 || end > block { block } else { end }
+        let block_end = self.config.block_ticks.wrapping_sub(1) as u16;
+        let end = tick | (STRIP_TICKS - 1);
+        if N::EXACT || end > block_end { block_end } else { end }
     }
 
     /// Blocks to the first decision: whole hops, and a whole window.

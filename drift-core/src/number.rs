@@ -145,8 +145,9 @@ impl Number for f32 {
             let limit = Self::LIMIT.to_bits();
             r.abs().to_bits() <= limit && y.abs().to_bits() <= limit && u.abs().to_bits() <= limit
         } else {
-            // One comparison for all three; a NaN in any of them fails it.
-            r.abs() + y.abs() + u.abs() <= Self::LIMIT
+            // One comparison for all three; a NaN in any of them fails it. The error stands in for r, of which it is
+            // within a factor of two: its magnitude is needed anyway.
+            (r - y).abs() + y.abs() + u.abs() <= 0.5 * Self::LIMIT
         }
     }
     #[inline(always)]

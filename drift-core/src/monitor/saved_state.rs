@@ -82,7 +82,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     fn read(&self, from: &mut Reader<'_>) -> Option<State<N, S, O, C>> {
         let mut state = self.start();
         state.tick_in_block = from.u16()?;
-        state.look_at = state.tick_in_block.wrapping_add(1);
+        state.look_at = state.tick_in_block;
         state.left_out = from.u16()?;
         state.blocks_to_hop = from.u16()?;
         state.link = match from.u8()? {

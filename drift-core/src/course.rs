@@ -253,9 +253,10 @@ impl<F: Curve> Course<F> {
     #[inline(always)]
     pub(crate) fn show_curve(&self, baseline: &Baseline, into: &mut F::Shown) {
         // Written in place: an optional curve that is handed over is copied, its padding included.
-        *into = F::NOT_SHOWN;
         if self.phase == Phase::Drift {
             F::show(&self.since, self.hops, baseline, into);
+        } else {
+            *into = F::NOT_SHOWN;
         }
     }
 

@@ -329,19 +329,19 @@ macro_rules! full {
                 let [peak_u, peak_e] = peaks;
                 let error = step.r.minus(step.y);
                 let (magnitude, u_magnitude) = (error.magnitude(), step.u.magnitude());
-                // First: behind the sums their numbers would take one register more than there are.
-                if magnitude > *peak_e {
-                    *peak_e = magnitude;
-                }
-                if u_magnitude > *peak_u {
-                    *peak_u = u_magnitude;
-                }
+                // The peaks part the sums: all at once would take one register more than there are.
                 step.u.add_square(energy);
-                add_error::<N>(absolute, core::slice::from_mut(t_absolute), tick_in_block, magnitude, false);
-                add_error::<N>(square, core::slice::from_mut(t_square), tick_in_block, magnitude, true);
                 step.u.add(u);
                 step.y.add(y);
                 error.add(e);
+                if u_magnitude > *peak_u {
+                    *peak_u = u_magnitude;
+                }
+                add_error::<N>(absolute, core::slice::from_mut(t_absolute), tick_in_block, magnitude, false);
+                add_error::<N>(square, core::slice::from_mut(t_square), tick_in_block, magnitude, true);
+                if magnitude > *peak_e {
+                    *peak_e = magnitude;
+                }
                 for (sum, point) in points.iter_mut().zip(point) {
                     point.add(sum);
                 }

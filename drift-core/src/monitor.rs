@@ -492,18 +492,17 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
 
     /// To the next tick, which may begin a strip or a block.
     fn advance<'s>(&self, state: &'s mut State<N, S, O, C>) -> Option<&'s ReportOf<N, S, O, C>> {
-        state.tick_in_block = state.tick_in_block.wrapping_add(1);
-        let closes = u32::from(state.tick_in_block) >= self.config.block_ticks;
-        if !N::EXACT && (closes || state.tick_in_block & (STRIP_TICKS - 1) == 0) {
+        let mut tick = state.tick_in_block.wrapping_add(1);
+        let closes = u32::from(tick) >= self.config.block_ticks;
+        if !N::EXACT && (closes || tick & (STRIP_TICKS - 1) == 0) {
             state.join_strip();
         }
         if closes {
-            state.tick_in_block = 0;
+            tick = 0;
         }
-        state.look_at = state.tick_in_block;
-        if state.link == Link::Tick && state.blanking.ticks() == 0 {
-            state.look_at = self.strip_end(state.tick_in_block);
-        }
+        state.tick_in_block = tick;
+        let followed = state.link == Link::Tick && state.blanking.ticks() == 0;
+        state.look_at = if followed { self.strip_end(tick) } else { tick };
         if closes { self.close_block(state) } else { None }
     }
 
@@ -594,9 +593,15 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
     }
 
     fn join_strip(&mut self) {
-        for (joined, sum) in self.joined.as_mut().iter_mut().zip(self.sums.as_mut()) {
-            N::join(joined, *sum);
-            *sum = N::NOTHING;
+        // By two: the loop itself is a quarter of the work.
+        let (joined, last_joined) = self.joined.as_mut().as_chunks_mut::<2>();
+        let (sums, last_sums) = self.sums.as_mut().as_chunks_mut::<2>();
+        for ([joined_a, joined_b], [a, b]) in joined.iter_mut().zip(sums) {
+            N::join(joined_a, core::mem::replace(a, N::NOTHING));
+            N::join(joined_b, core::mem::replace(b, N::NOTHING));
+        }
+        for (joined, sum) in last_joined.iter_mut().zip(last_sums) {
+            N::join(joined, core::mem::replace(sum, N::NOTHING));
         }
     }
 

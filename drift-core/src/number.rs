@@ -59,9 +59,9 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn join(joined: &mut Self::Joined, strip: Self::Sum);
     /// The block's sum, whose strips are all joined.
     fn closed(joined: &Self::Joined, sum: Self::Sum) -> f32;
-    /// The same of a sum weighted with time. Where sums are exact `weighted` is the sum of the running sums of `plain`
-    /// after each of the block's `ticks`.
-    fn closed_weighted(joined: &Self::Joined, weighted: Self::Sum, plain: Self::Sum, ticks: u32) -> f32;
+    /// The same of a sum weighted with time, where sums are exact: `weighted` is the sum of the running sums of `plain`
+    /// after each of the block's `ticks`. Others are joined as they are.
+    fn closed_weighted(weighted: Self::Sum, plain: Self::Sum, ticks: u32) -> f32;
     /// NaN or infinite; never for counts.
     fn non_finite(self) -> bool;
     /// `self - other`; exact for admissible counts.
@@ -166,8 +166,8 @@ impl Number for f32 {
         joined.sum
     }
     #[inline]
-    fn closed_weighted(joined: &Carried, _: f32, _: f32, _: u32) -> f32 {
-        joined.sum
+    fn closed_weighted(weighted: f32, _: f32, _: u32) -> f32 {
+        weighted
     }
     #[inline]
     fn non_finite(self) -> bool {
@@ -274,7 +274,7 @@ impl Number for i32 {
         sum as f32
     }
     #[inline]
-    fn closed_weighted((): &(), weighted: i64, plain: i64, ticks: u32) -> f32 {
+    fn closed_weighted(weighted: i64, plain: i64, ticks: u32) -> f32 {
         // Whatever wraps in between, the result is exact: it fits.
         plain.wrapping_mul(i64::from(ticks)).wrapping_sub(weighted) as f32
     }

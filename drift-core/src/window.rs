@@ -47,11 +47,17 @@ impl<C: Row<f32>, P: Row<f32>> Total<C, P> {
         for (placed, &(_, plain)) in self.placed.as_mut().iter_mut().zip(layout.weighted) {
             *placed += f32::from(place) * block.as_ref().get(plain).copied().unwrap_or(0.0);
         }
-        // A bounded range: `enumerate` counts with a check for overflow where those are on.
-        for ((total, &x), i) in self.closed.as_mut().iter_mut().zip(block.as_ref()).zip(0..usize::MAX) {
-            if i < layout.sums {
-                *total += x;
-            } else if x > *total {
+        let split = self.closed.as_mut().split_at_mut_checked(layout.sums);
+        let Some(((sums, peaks), (block_sums, block_peaks))) =
+            split.zip(block.as_ref().split_at_checked(layout.sums))
+        else {
+            return;
+        };
+        for (total, &x) in sums.iter_mut().zip(block_sums) {
+            *total += x;
+        }
+        for (total, &x) in peaks.iter_mut().zip(block_peaks) {
+            if x > *total {
                 *total = x;
             }
         }

@@ -40,44 +40,57 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             return false;
         }
         let (sums, joined) = (state.sums.as_ref(), state.joined.as_ref());
-        let peaks = state.peaks.as_ref().iter().map(|peak| peak.to_f32());
-        let closed = sums.iter().zip(joined).map(|(sum, joined)| N::closed(joined, *sum));
-        into.as_mut().iter_mut().zip(closed.chain(peaks)).for_each(|(into, x)| *into = x);
-        for &(weighted, plain) in S::WEIGHTED {
-            let sums = sums.get(weighted).zip(sums.get(plain)).zip(joined.get(weighted));
-            if let Some((((weighted, plain), joined), into)) = sums.zip(into.as_mut().get_mut(weighted)) {
-                *into = N::closed_weighted(joined, *weighted, *plain, whole);
+        let Some((sums_into, peaks_into)) = into.as_mut().split_at_mut_checked(S::SUMS) else { return false };
+        for ((into, sum), joined) in sums_into.iter_mut().zip(sums).zip(joined) {
+            *into = N::closed(joined, *sum);
+        }
+        for (into, peak) in peaks_into.iter_mut().zip(state.peaks.as_ref()) {
+            *into = peak.to_f32();
+        }
+        if N::EXACT {
+            for &(weighted, plain) in S::WEIGHTED {
+                if let Some(((weighted, plain), into)) =
+                    sums.get(weighted).zip(sums.get(plain)).zip(sums_into.get_mut(weighted))
+                {
+                    *into = N::closed_weighted(*weighted, *plain, whole);
+                }
             }
         }
         if O::GAPS && state.left_out > 0 || state.trace.unpaired() > 0 {
-            self.make_up(state, into, valid);
+            self.make_up(state, sums_into, valid);
         }
         true
     }
 
     /// As if the ticks left out had shown the mean of the valid ones.
     #[inline(never)]
-    fn make_up(&self, state: &State<N, S, O, C>, into: &mut S::Closed, valid: u32) {
+    fn make_up(&self, state: &State<N, S, O, C>, sums: &mut [f32], valid: u32) {
         let whole = self.config.block_ticks as f32;
         let paired = valid.wrapping_sub(u32::from(state.trace.unpaired()));
         let valid = valid as f32;
-        // Each tick left out gets the mean error at its own time: scaling the weighted sum would move it.
-        for &(weighted, plain) in S::WEIGHTED {
-            let left_out =
-                into.as_ref().get(plain).map_or(0.0, |plain| plain * state.trace.time_left_out() as f32);
-            if let Some(into) = into.as_mut().get_mut(weighted) {
-                *into += left_out / valid;
+        let weighted = S::WEIGHTED.iter().map(|&(weighted, plain)| {
+            // Each tick left out gets the mean error at its own time: scaling the weighted sum would move it.
+            let at = |sum: usize| sums.get(sum).copied().unwrap_or(0.0);
+            at(weighted) + at(plain) * state.trace.time_left_out() as f32 / valid
+        });
+        let mut made_up = S::Placed::filled(0.0);
+        for (into, x) in made_up.as_mut().iter_mut().zip(weighted) {
+            *into = x;
+        }
+        let Some((of_ticks, of_pairs)) = sums.split_at_mut_checked(S::DIFFERENCES_FROM) else { return };
+        for sum in of_ticks.iter_mut() {
+            *sum = *sum * whole / valid;
+        }
+        for (&(weighted, _), x) in S::WEIGHTED.iter().zip(made_up.as_ref()) {
+            if let Some(sum) = of_ticks.get_mut(weighted) {
+                *sum = *x;
             }
         }
         // As many pairs as ticks missing at random would leave; with fewer, differences stand for nothing.
         let enough =
             paired > 0 && paired as f32 >= self.config.min_valid * self.config.min_valid * whole - 1.0;
-        for (i, into) in (0..S::SUMS).zip(into.as_mut()) {
-            if i >= S::DIFFERENCES_FROM {
-                *into = if enough { *into * whole / paired as f32 } else { f32::NAN };
-            } else if !S::WEIGHTED.iter().any(|&(weighted, _)| weighted == i) {
-                *into = *into * whole / valid;
-            }
+        for sum in of_pairs {
+            *sum = if enough { *sum * whole / paired as f32 } else { f32::NAN };
         }
     }
 

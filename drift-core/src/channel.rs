@@ -190,6 +190,8 @@ impl Channel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+// A word wide: padding beside it would be copied by a routine of its own.
+#[repr(u32)]
 pub enum Moved {
     /// Neither, at three standard errors: too few windows yet, or a change of scatter only.
     // From 1: an absent curve is then a byte of zero, and a state without one is cleared, not filled.

@@ -161,7 +161,8 @@ pub(crate) const COURSE_BYTES: usize = 14;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Course<F: Curve> {
     phase: Phase,
-    side: Side,
+    /// None while it is healthy.
+    side: Option<Side>,
     /// Decisions since the alarm, as far as 65535: later windows are then learnt with that one's weight.
     hops: u16,
     hops_away: u16,
@@ -173,7 +174,7 @@ pub(crate) struct Course<F: Curve> {
 impl<F: Curve> Course<F> {
     pub(crate) const HEALTHY: Self = Self {
         phase: Phase::Healthy,
-        side: Side::High,
+        side: None,
         hops: 0,
         hops_away: 0,
         mean_away: 0.0,
@@ -191,13 +192,15 @@ impl<F: Curve> Course<F> {
         value: f32,
     ) -> Verdict {
         if self.phase == Phase::Healthy {
-            let Some(side) = alarm else { return Verdict::Healthy };
+            if alarm.is_none() {
+                return Verdict::Healthy;
+            }
             // Nothing else needs to be set: a course that ended was forgotten as a whole.
-            (self.phase, self.side) = (Phase::Suspect, side);
+            (self.phase, self.side) = (Phase::Suspect, alarm);
         }
         self.hops = self.hops.saturating_add(1);
         F::add(&mut self.since, self.hops, x, value);
-        self.weigh(decision, self.side.sign() * z);
+        self.weigh(decision, if self.side == Some(Side::Low) { -z } else { z });
         if reaches(-self.evidence, decision.log_odds) {
             let was_drift = self.phase == Phase::Drift;
             *self = Self::HEALTHY;
@@ -246,7 +249,7 @@ impl<F: Curve> Course<F> {
     }
 
     pub(crate) fn side(&self) -> Option<Side> {
-        (self.phase != Phase::Healthy).then_some(self.side)
+        self.side
     }
 
     /// Reports the curve of the windows since the alarm, once the drift is confirmed.
@@ -271,7 +274,7 @@ impl<F: Curve> Course<F> {
             Phase::Suspect => 1,
             Phase::Drift => 2,
         });
-        to.u8(u8::from(self.side == Side::Low));
+        to.u8(u8::from(self.side == Some(Side::Low)));
         to.u16(self.hops);
         to.u16(self.hops_away);
         to.f32(self.mean_away);
@@ -280,18 +283,18 @@ impl<F: Curve> Course<F> {
     }
 
     pub(crate) fn read(from: &mut Reader<'_>) -> Option<Self> {
+        let (phase, low) = (from.u8()?, from.u8()?);
+        let (phase, side) = match (phase, low) {
+            (0, 0) => (Phase::Healthy, None),
+            (1, 0) => (Phase::Suspect, Some(Side::High)),
+            (1, 1) => (Phase::Suspect, Some(Side::Low)),
+            (2, 0) => (Phase::Drift, Some(Side::High)),
+            (2, 1) => (Phase::Drift, Some(Side::Low)),
+            _ => return None,
+        };
         Some(Self {
-            phase: match from.u8()? {
-                0 => Phase::Healthy,
-                1 => Phase::Suspect,
-                2 => Phase::Drift,
-                _ => return None,
-            },
-            side: match from.u8()? {
-                0 => Side::High,
-                1 => Side::Low,
-                _ => return None,
-            },
+            phase,
+            side,
             hops: from.u16()?,
             hops_away: from.u16()?,
             mean_away: from.f32()?,

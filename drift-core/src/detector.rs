@@ -37,15 +37,6 @@ pub enum Side {
     Low,
 }
 
-impl Side {
-    pub(crate) fn sign(self) -> f32 {
-        match self {
-            Self::High => 1.0,
-            Self::Low => -1.0,
-        }
-    }
-}
-
 /// What a detector remembers between decisions.
 pub trait DetectorState: Copy + Debug + PartialEq {
     /// No evidence.

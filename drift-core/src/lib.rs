@@ -90,4 +90,4 @@ pub use report::{Location, Report, WindowStatus};
 pub use sample::{Excluded, Exclusion, Exclusions, Input, TotalExcluded};
 pub use store::{Reader, STATE_VERSION, StateError, Writer};
 pub use trace::{NoTrace, TimeTrace, Trace, WholeTrace};
-pub use window::{Blocks, Layout, Ring, Sliding, Total, Tumbling, WindowKind};
+pub use window::{Block, Blocks, ClosedBlock, Layout, Ring, Sliding, Total, Tumbling, WindowKind};

@@ -167,14 +167,14 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
             window: Blocks::none(),
             trace: S::Trace::START,
             blanking: BlankingState::START,
-            channels: core::array::from_fn(|_| ChannelState::FRESH),
+            channels: Self::FRESH,
             report: Report {
                 hop: u32::MAX,
                 status: WindowStatus::TooFewValid,
                 verdict: Verdict::Healthy,
                 indices: S::NO_INDICES,
                 excluded: O::Excluded::NONE,
-                channels: core::array::from_fn(|_| channel_state::unjudged::<O>()),
+                channels: Self::UNJUDGED,
             },
             tick_in_block: 0,
             look_at: 0,
@@ -189,9 +189,14 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         {
             state.acknowledge(channel);
             report.kind = channel.kind;
+            (report.x, report.value, report.residual, report.z) = (f32::NAN, f32::NAN, f32::NAN, f32::NAN);
         }
         state
     }
+
+    // Constants of zeros, which are cleared in place and not copied.
+    const FRESH: [ChannelState<O>; C] = [ChannelState::FRESH; C];
+    const UNJUDGED: [channel_state::Out<O>; C] = [channel_state::unjudged::<O>(); C];
 
     /// Together with a state of its own.
     pub fn into_monitor(self) -> Monitor<N, S, O, C> {
@@ -438,7 +443,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     /// Forgets the open window, for a gap of unknown length; detectors and courses stay.
     pub fn restart_window(&self, state: &mut State<N, S, O, C>) {
         state.window = Blocks::none();
-        state.sums = S::NO_SUMS;
+        state.clear_sums();
         state.start_block();
         state.tick_in_block = 0;
         state.look_at = 0;
@@ -494,11 +499,10 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     fn advance<'s>(&self, state: &'s mut State<N, S, O, C>) -> Option<&'s ReportOf<N, S, O, C>> {
         let mut tick = state.tick_in_block.wrapping_add(1);
         let closes = u32::from(tick) >= self.config.block_ticks;
-        if !N::EXACT && (closes || tick & (STRIP_TICKS - 1) == 0) {
-            state.join_strip();
-        }
         if closes {
             tick = 0;
+        } else if !N::EXACT && tick & (STRIP_TICKS - 1) == 0 {
+            state.join_strip();
         }
         state.tick_in_block = tick;
         let followed = state.link == Link::Tick && state.blanking.ticks() == 0;
@@ -605,12 +609,13 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> State<N, S, O, C> {
         }
     }
 
-    fn start_block(&mut self) {
-        if N::EXACT {
-            self.sums = S::NO_SUMS;
-        }
-        self.peaks = S::NO_PEAKS;
+    fn clear_sums(&mut self) {
+        self.sums = S::NO_SUMS;
         self.joined = S::NO_STRIPS;
+    }
+
+    fn start_block(&mut self) {
+        self.peaks = S::NO_PEAKS;
         self.left_out = 0;
         self.trace.start_block();
     }

@@ -57,7 +57,7 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
     /// Adds a strip to the block; nothing to do where sums are exact.
     fn join(joined: &mut Self::Joined, strip: Self::Sum);
-    /// The block's sum, whose strips are all joined.
+    /// The block's sum: its joined strips and the open one.
     fn closed(joined: &Self::Joined, sum: Self::Sum) -> f32;
     /// The same of a sum weighted with time, where sums are exact: `weighted` is the sum of the running sums of `plain`
     /// after each of the block's `ticks`. Others are joined as they are.
@@ -162,8 +162,8 @@ impl Number for f32 {
         joined.sum = sum;
     }
     #[inline]
-    fn closed(joined: &Carried, _: f32) -> f32 {
-        joined.sum
+    fn closed(joined: &Carried, strip: f32) -> f32 {
+        joined.sum + (strip - joined.carry)
     }
     #[inline]
     fn closed_weighted(weighted: f32, _: f32, _: u32) -> f32 {

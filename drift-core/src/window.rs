@@ -20,6 +20,40 @@ pub struct Layout {
     pub weighted: &'static [(usize, usize)],
 }
 
+/// A block that is to be closed, number by number.
+pub trait Block {
+    /// A sum.
+    fn sum(&self, i: usize) -> f32;
+    /// The same for the last time.
+    fn take_sum(&mut self, i: usize) -> f32;
+    /// A peak.
+    fn peak(&self, i: usize) -> f32;
+}
+
+/// A block in a row: the sums, then the peaks.
+#[derive(Debug)]
+pub struct ClosedBlock<'a, C> {
+    /// The row.
+    pub closed: &'a C,
+    /// Number of sums.
+    pub sums: usize,
+}
+
+impl<C: Row<f32>> Block for ClosedBlock<'_, C> {
+    #[inline(always)]
+    fn sum(&self, i: usize) -> f32 {
+        self.closed.as_ref().get(i).copied().unwrap_or(0.0)
+    }
+    #[inline(always)]
+    fn take_sum(&mut self, i: usize) -> f32 {
+        self.sum(i)
+    }
+    #[inline(always)]
+    fn peak(&self, i: usize) -> f32 {
+        self.sum(self.sums.wrapping_add(i))
+    }
+}
+
 /// Blocks added up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Total<C, P> {
@@ -42,21 +76,18 @@ impl<C: Row<f32>, P: Row<f32>> Total<C, P> {
     }
 
     #[inline(always)]
-    fn fold(&mut self, layout: &Layout, block: &C, place: u16) {
+    fn fold(&mut self, layout: &Layout, block: &mut impl Block, place: u16) {
         self.valid = self.valid.wrapping_add(1);
         for (placed, &(_, plain)) in self.placed.as_mut().iter_mut().zip(layout.weighted) {
-            *placed += f32::from(place) * block.as_ref().get(plain).copied().unwrap_or(0.0);
+            *placed += f32::from(place) * block.sum(plain);
         }
-        let split = self.closed.as_mut().split_at_mut_checked(layout.sums);
-        let Some(((sums, peaks), (block_sums, block_peaks))) =
-            split.zip(block.as_ref().split_at_checked(layout.sums))
-        else {
-            return;
-        };
-        for (total, &x) in sums.iter_mut().zip(block_sums) {
-            *total += x;
+        let Some((sums, peaks)) = self.closed.as_mut().split_at_mut_checked(layout.sums) else { return };
+        // Bounded ranges: `enumerate` counts with a check for overflow where those are on.
+        for (total, i) in sums.iter_mut().zip(0..usize::MAX) {
+            *total += block.take_sum(i);
         }
-        for (total, &x) in peaks.iter_mut().zip(block_peaks) {
+        for (total, i) in peaks.iter_mut().zip(0..usize::MAX) {
+            let x = block.peak(i);
             if x > *total {
                 *total = x;
             }
@@ -111,7 +142,7 @@ pub trait Blocks<C: Row<f32>, P: Row<f32>>: Copy + Debug {
     /// None yet.
     fn none() -> Self;
     /// A block is closed, the `place`th of its window; `None` strikes it.
-    fn close(&mut self, layout: &Layout, block: Option<&C>, place: u16);
+    fn close(&mut self, layout: &Layout, block: Option<&mut impl Block>, place: u16);
     /// Hands over the sum of the newest `blocks`; then a tumbling window begins anew.
     fn with_total<R>(&mut self, layout: &Layout, blocks: u16, of: impl FnOnce(&mut Total<C, P>) -> R) -> R;
     /// Saves.
@@ -140,7 +171,7 @@ impl<C: Row<f32>, P: Row<f32>> Blocks<C, P> for Total<C, P> {
         Self::empty()
     }
     #[inline(always)]
-    fn close(&mut self, layout: &Layout, block: Option<&C>, place: u16) {
+    fn close(&mut self, layout: &Layout, block: Option<&mut impl Block>, place: u16) {
         match block {
             Some(block) => self.fold(layout, block, place),
             None => self.strike(place),
@@ -191,11 +222,17 @@ impl<C: Row<f32>, P: Row<f32>, const B: usize> Blocks<C, P> for Ring<C, B> {
         const { assert!(B > 0 && B <= 64, "a sliding window has 1 to 64 blocks") };
         Self { blocks: [C::filled(0.0); B], newest: 0 }
     }
-    fn close(&mut self, _: &Layout, block: Option<&C>, _: u16) {
+    fn close(&mut self, layout: &Layout, block: Option<&mut impl Block>, _: u16) {
         let next = self.newest.wrapping_add(1);
         self.newest = if usize::from(next) < B { next } else { 0 };
-        if let Some(place) = self.blocks.get_mut(usize::from(self.newest)) {
-            *place = block.copied().unwrap_or(C::filled(STRUCK));
+        let Some(place) = self.blocks.get_mut(usize::from(self.newest)) else { return };
+        let Some(block) = block else {
+            *place = C::filled(STRUCK);
+            return;
+        };
+        if let Some((sums, peaks)) = place.as_mut().split_at_mut_checked(layout.sums) {
+            sums.iter_mut().zip(0..usize::MAX).for_each(|(into, i)| *into = block.take_sum(i));
+            peaks.iter_mut().zip(0..usize::MAX).for_each(|(into, i)| *into = block.peak(i));
         }
     }
     fn with_total<R>(&mut self, layout: &Layout, blocks: u16, of: impl FnOnce(&mut Total<C, P>) -> R) -> R {
@@ -208,7 +245,7 @@ impl<C: Row<f32>, P: Row<f32>, const B: usize> Blocks<C, P> for Ring<C, B> {
                 if struck {
                     total.strike(place)
                 } else {
-                    total.fold(layout, block, place)
+                    total.fold(layout, &mut ClosedBlock { closed: block, sums: layout.sums }, place)
                 }
                 place = place.wrapping_add(1);
             }

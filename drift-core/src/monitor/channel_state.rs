@@ -3,6 +3,7 @@
 use crate::channel::{Channel, ChannelKind, ChannelReport};
 use crate::course::{COURSE_BYTES, Course, Curve, Decision, Verdict};
 use crate::detector::{Alarms, DetectorSet, DetectorState};
+use crate::index::Index;
 use crate::index_set::Row;
 use crate::memory::MemoryKind;
 use crate::options::Options;
@@ -20,15 +21,16 @@ pub(super) struct ChannelState<O: Options> {
 pub(super) type Out<O> =
     ChannelReport<<<O as Options>::Detectors as DetectorSet>::Shown, <<O as Options>::Curve as Curve>::Shown>;
 
-/// The report of a channel that has not judged anything yet; the kind is still to be written.
+/// The report of a channel that has not judged anything yet: zeros, of which the kind and the numbers that are not known are
+/// still to be written.
 #[inline(always)]
 pub(super) const fn unjudged<O: Options>() -> Out<O> {
     ChannelReport {
-        kind: ChannelKind::Effort,
-        x: f32::NAN,
-        value: f32::NAN,
-        residual: f32::NAN,
-        z: f32::NAN,
+        kind: ChannelKind::EnergyError(Index::Iae),
+        x: 0.0,
+        value: 0.0,
+        residual: 0.0,
+        z: 0.0,
         extrapolated: false,
         detectors: O::Detectors::NOT_SHOWN,
         alarms: Alarms::NONE,

@@ -8,7 +8,35 @@ use crate::options::Options;
 use crate::report::WindowStatus;
 use crate::sample::Exclusions;
 use crate::trace::Trace;
-use crate::window::{Blocks, Layout, Total};
+use crate::window::{Block, Blocks, ClosedBlock, Layout, Total};
+
+/// A block without gaps, read from the open sums, which are cleared as they are read.
+struct OpenBlock<'a, N: Number, S: IndexSet<N>> {
+    sums: &'a mut S::Sums,
+    joined: &'a mut S::Joined,
+    peaks: &'a S::Peaks,
+}
+
+impl<N: Number, S: IndexSet<N>> Block for OpenBlock<'_, N, S> {
+    #[inline(always)]
+    fn sum(&self, i: usize) -> f32 {
+        let place = self.joined.as_ref().get(i).zip(self.sums.as_ref().get(i));
+        place.map_or(0.0, |(joined, sum)| N::closed(joined, *sum))
+    }
+    #[inline(always)]
+    fn take_sum(&mut self, i: usize) -> f32 {
+        let Some((joined, sum)) = self.joined.as_mut().get_mut(i).zip(self.sums.as_mut().get_mut(i)) else {
+            return 0.0;
+        };
+        let closed = N::closed(joined, *sum);
+        (*joined, *sum) = (N::NOTHING_JOINED, N::NOTHING);
+        closed
+    }
+    #[inline(always)]
+    fn peak(&self, i: usize) -> f32 {
+        self.peaks.as_ref().get(i).map_or(0.0, |peak| peak.to_f32())
+    }
+}
 
 impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     const LAYOUT: Layout = Layout { sums: S::SUMS, weighted: S::WEIGHTED };
@@ -18,10 +46,18 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         &self,
         state: &'s mut State<N, S, O, C>,
     ) -> Option<&'s ReportOf<N, S, O, C>> {
-        let mut closed = S::Closed::filled(0.0);
-        let counts = self.close(state, &mut closed);
         let place = self.config.window_blocks.wrapping_sub(state.blocks_to_hop);
-        state.window.close(&Self::LAYOUT, counts.then_some(&closed), place);
+        if !N::EXACT && state.left_out == 0 && state.trace.unpaired() == 0 {
+            let (sums, joined) = (&mut state.sums, &mut state.joined);
+            let mut block = OpenBlock::<N, S> { sums, joined, peaks: &state.peaks };
+            state.window.close(&Self::LAYOUT, Some(&mut block), place);
+        } else {
+            let mut closed = S::Closed::filled(0.0);
+            let counts = self.close(state, &mut closed);
+            state.clear_sums();
+            let block = &mut ClosedBlock { closed: &closed, sums: S::SUMS };
+            state.window.close(&Self::LAYOUT, counts.then_some(block), place);
+        }
         state.start_block();
         state.blocks_to_hop = state.blocks_to_hop.wrapping_sub(1);
         if state.blocks_to_hop > 0 {

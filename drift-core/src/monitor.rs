@@ -83,6 +83,8 @@ pub struct Plan<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
+    /// First of all: two readings that lie at the state's own address are stored by one instruction.
+    trace: S::Trace,
     /// The open strip.
     sums: S::Sums,
     // The order of these two: from the first place of a word a host's compiler loads the whole word, which waits until the half that
@@ -95,7 +97,6 @@ pub struct State<N: Number, S: IndexSet<N>, O: Options, const C: usize = 1> {
     /// As above.
     #[cfg(not(target_pointer_width = "64"))]
     look_at: u16,
-    trace: S::Trace,
     blanking: <O::Blanking as BlankingKind>::State<N>,
     peaks: S::Peaks,
     /// The operating point of the tick, held until the next one.
@@ -330,7 +331,7 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
         state.trace.remember(r_last, y_last);
         state.blanking.remember(r_last);
         state.tick_in_block = goes_on as u16;
-        state.look_at = self.strip_end(state.tick_in_block);
+        state.look_at = self.strip_end(goes_on);
         STRIPS * TICKS
     }
 
@@ -497,25 +498,25 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
 
     /// To the next tick, which may begin a strip or a block.
     fn advance<'s>(&self, state: &'s mut State<N, S, O, C>) -> Option<&'s ReportOf<N, S, O, C>> {
-        let mut tick = state.tick_in_block.wrapping_add(1);
-        let closes = u32::from(tick) >= self.config.block_ticks;
+        let mut tick = u32::from(state.tick_in_block).wrapping_add(1);
+        let closes = tick >= self.config.block_ticks;
         if closes {
             tick = 0;
-        } else if !N::EXACT && tick & (STRIP_TICKS - 1) == 0 {
+        } else if !N::EXACT && tick & u32::from(STRIP_TICKS - 1) == 0 {
             state.join_strip();
         }
-        state.tick_in_block = tick;
+        state.tick_in_block = tick as u16;
         let followed = state.link == Link::Tick && state.blanking.ticks() == 0;
-        state.look_at = if followed { self.strip_end(tick) } else { tick };
+        state.look_at = if followed { self.strip_end(tick) } else { tick as u16 };
         if closes { self.close_block(state) } else { None }
     }
 
     /// The last tick of a strip that begins at `tick`, or holds it.
-    fn strip_end(&self, tick: u16) -> u16 {
+    fn strip_end(&self, tick: u32) -> u16 {
+        let block_end = self.config.block_ticks.wrapping_sub(1);
+        let end = tick | u32::from(STRIP_TICKS - 1);
         // No block is longer than a u16 counts.
-        let block_end = self.config.block_ticks.wrapping_sub(1) as u16;
-        let end = tick | (STRIP_TICKS - 1);
-        if N::EXACT || end > block_end { block_end } else { end }
+        (if N::EXACT || end > block_end { block_end } else { end }) as u16
     }
 
     /// Blocks to the first decision: whole hops, and a whole window.

@@ -15,7 +15,7 @@ use core::fmt::Debug;
 use crate::channel::{Baseline, FaultCurve};
 use crate::detector::Side;
 use crate::line_fit::{LINE_BYTES, Line};
-use crate::math::{exceeds, reaches};
+use crate::math::{exceeds, half, reaches};
 use crate::options::Never;
 use crate::store::{Fingerprint, Reader, Writer};
 
@@ -213,7 +213,8 @@ impl<F: Curve> Course<F> {
     }
 
     fn weigh(&mut self, decision: &Decision, away: f32) {
-        let step = self.shift(decision) * (away - 0.5 * self.shift(decision));
+        let shift = self.shift(decision);
+        let step = shift * (away - half(shift));
         let most = 0.5 * decision.log_odds;
         // `clamp` would keep a path to a panic in the image.
         let step_bounded = if exceeds(step, most) {
@@ -236,8 +237,8 @@ impl<F: Curve> Course<F> {
     /// What the test takes "away" to be, sigmas.
     fn shift(&self, decision: &Decision) -> f32 {
         // `f32::max` would call fmaxf, which a C firmware may not link.
-        let half = 0.5 * self.mean_away;
-        if exceeds(half, decision.smallest_shift) { half } else { decision.smallest_shift }
+        let mean = half(self.mean_away);
+        if exceeds(mean, decision.smallest_shift) { mean } else { decision.smallest_shift }
     }
 
     pub(crate) fn verdict(&self) -> Verdict {

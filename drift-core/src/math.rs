@@ -47,7 +47,7 @@ mod chosen {
 
 #[cfg(any(not(feature = "micromath"), test))]
 mod exact {
-    use super::SOFT_FLOAT;
+    use super::{SOFT_FLOAT, exceeds};
 
     const HIDDEN: u32 = 1 << 23;
 
@@ -56,14 +56,21 @@ mod exact {
     pub fn sqrt(x: f32) -> f32 {
         let bits = x.to_bits();
         // Zero, NaN, infinity and what is negative.
-        if !(x > 0.0 && bits < 0x7f80_0000) {
+        if !exceeds(x, 0.0) || bits >= f32::INFINITY.to_bits() {
             return if x < 0.0 { f32::NAN } else { x };
         }
         // x = mantissa*2^(exponent - 23) with 24 bits of mantissa, subnormal numbers included.
-        let normal = bits >= HIDDEN;
-        let scaled = if normal { bits } else { (x * (1u32 << 24) as f32).to_bits() };
-        let exponent = ((scaled >> 23) as i32).wrapping_sub(if normal { 127 } else { 127 + 24 });
-        let mantissa = ((scaled & (HIDDEN - 1)) | HIDDEN) << (exponent & 1);
+        let (mut mantissa, mut exponent) = (bits, ((bits >> 23) as i32).wrapping_sub(127));
+        if bits >= HIDDEN {
+            mantissa = (bits & (HIDDEN - 1)) | HIDDEN;
+        } else {
+            exponent = -126;
+            while mantissa < HIDDEN {
+                mantissa <<= 1;
+                exponent = exponent.wrapping_sub(1);
+            }
+        }
+        mantissa <<= exponent & 1;
         let root = if SOFT_FLOAT { by_digits(mantissa) } else { by_heron(mantissa) };
         // The root's own hidden bit adds one to the exponent field.
         f32::from_bits(root.wrapping_add(((exponent >> 1).wrapping_add(126) as u32).wrapping_mul(HIDDEN)))
@@ -121,6 +128,23 @@ pub(crate) fn reaches(x: f32, bound: f32) -> bool {
     if SOFT_FLOAT { bits_reach(x, bound) } else { x >= bound }
 }
 
+/// `0.5*x`. Where a product is a routine the exponent is lowered by one, unless it is at one of its ends.
+#[inline(always)]
+pub(crate) fn half(x: f32) -> f32 {
+    if SOFT_FLOAT { half_by_exponent(x) } else { 0.5 * x }
+}
+
+#[inline(always)]
+fn half_by_exponent(x: f32) -> f32 {
+    const EXPONENT: u32 = 1 << 23;
+    let exponent = x.to_bits() & f32::INFINITY.to_bits();
+    if exponent > EXPONENT && exponent < f32::INFINITY.to_bits() {
+        f32::from_bits(x.to_bits().wrapping_sub(EXPONENT))
+    } else {
+        0.5 * x
+    }
+}
+
 /// What is negative, -0 and NaN have bits beyond infinity's.
 #[inline(always)]
 const fn bits_exceed(x: f32, bound: f32) -> bool {
@@ -148,6 +172,17 @@ mod tests {
                 assert_eq!(bits_exceed(x, bound), x > bound, "{x:e} > {bound:e}");
                 assert!(bound == 0.0 || bits_reach(x, bound) == (x >= bound), "{x:e} >= {bound:e}");
             }
+        }
+    }
+
+    #[test]
+    fn half_by_the_exponent_is_half() {
+        let mut bits = 0u32;
+        while let Some(next) = bits.checked_add(4099) {
+            let x = f32::from_bits(bits);
+            let (got, exact) = (half_by_exponent(x), 0.5 * x);
+            assert!(got.to_bits() == exact.to_bits() || got.is_nan() && exact.is_nan(), "{x:e}");
+            bits = next;
         }
     }
 

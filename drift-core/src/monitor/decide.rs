@@ -134,8 +134,9 @@ impl<N: Number, S: IndexSet<N>, O: Options, const C: usize> Plan<N, S, O, C> {
     #[inline(always)]
     fn indices(&self, total: &mut Total<S::Closed, S::Placed>) -> Option<S::Indices> {
         let config = &self.config;
-        let (blocks, valid) = (f32::from(config.window_blocks), f32::from(total.valid));
         let whole = total.valid == config.window_blocks;
+        let blocks = f32::from(config.window_blocks);
+        let valid = if whole { blocks } else { f32::from(total.valid) };
         if !(whole || O::GAPS && total.valid > 0 && valid >= config.min_valid * blocks) {
             return None;
         }

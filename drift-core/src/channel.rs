@@ -214,7 +214,8 @@ impl Moved {
         if baseline.windows > 0.0 {
             shift_variance += variance / baseline.windows;
         }
-        let mut tilt_variance = if math::exceeds(fit.x_ss(), 0.0) { variance / fit.x_ss() } else { f32::INFINITY };
+        let mut tilt_variance =
+            if math::exceeds(fit.x_ss(), 0.0) { variance / fit.x_ss() } else { f32::INFINITY };
         if baseline.x_ss > 0.0 {
             tilt_variance += variance / baseline.x_ss;
         }

@@ -1,60 +1,16 @@
 //! Residual channels: each compares one index with what the healthy loop shows at the same operating point
 //! (equations 5 to 7), with its own baseline and detectors.
 
+mod kind;
+
+pub use kind::{ChannelKind, ChannelMeaning, ChannelRow};
+
 use crate::detector::{Alarms, DetectorStates, Detectors};
-use crate::index::{Index, Indices};
 use crate::line_fit::Line;
 use crate::math;
 use crate::memory::Memory;
 use crate::operating_point::OperatingPoint;
 use crate::store::Fingerprint;
-
-/// What is compared with what.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
-pub enum ChannelKind {
-    /// J_e against E_u: the paper's pair.
-    EnergyError(Index),
-    /// Mean u against mean y: how much effort it takes to hold y. Loads, leaks, biases and lost gain show here.
-    Effort,
-    /// Mean of u sign(dy) against the speed: the effort channel of a plant that integrates, which needs no effort
-    /// to stand still. Dry friction is its intercept, viscous friction its slope.
-    MotionEffort,
-    /// E_u against the reference's own activity: changed dynamics, gain and noise show here.
-    Activity,
-}
-
-impl ChannelKind {
-    /// (x, value): where on the baseline's axis the window lies, and the index that is judged there.
-    pub const fn coordinates(self, of: &Indices) -> (f32, f32) {
-        match self {
-            Self::EnergyError(index) => (of.e_u, of.error_index(index)),
-            Self::Effort => (of.mean_y, of.mean_u),
-            Self::MotionEffort => (of.speed, of.motion_effort),
-            Self::Activity => (of.reference_activity, of.e_u),
-        }
-    }
-
-    /// The channel's name in files, commands and reports.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::EnergyError(_) => "energy_error",
-            Self::Effort => "effort",
-            Self::MotionEffort => "motion_effort",
-            Self::Activity => "activity",
-        }
-    }
-
-    const fn tag(self) -> u32 {
-        match self {
-            Self::EnergyError(index) => 16 + index as u32,
-            Self::Effort => 1,
-            Self::MotionEffort => 2,
-            Self::Activity => 3,
-        }
-    }
-}
 
 /// The healthy relation `value = b0 + b1*x` and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]

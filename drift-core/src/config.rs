@@ -1,7 +1,7 @@
 //! What a monitor is told, apart from what it remembers: `const`-constructible, so that it can lie in flash.
 
 use crate::blanking::{Blanking, BlankingKind};
-use crate::channel::{Channel, ChannelKind};
+use crate::channel::Channel;
 use crate::course::Decision;
 use crate::detector::DetectorSet;
 use crate::index_set::IndexSet;
@@ -257,9 +257,9 @@ impl<N: Number, const C: usize> Config<N, C> {
 }
 
 const fn check_channel<N: Number, S: IndexSet<N>, O: Options>(channel: &Channel) -> Result<(), ConfigError> {
-    let kept = match channel.kind {
-        ChannelKind::EnergyError(index) => S::KEEPS & (1 << index as u8) != 0,
-        ChannelKind::Effort | ChannelKind::MotionEffort | ChannelKind::Activity => S::KEEPS_EFFORT,
+    let kept = match channel.kind.index() {
+        Some(index) => S::KEEPS & (1 << index as u8) != 0,
+        None => S::KEEPS_EFFORT,
     };
     if !kept {
         return Err(ConfigError::IndexNotKept(channel.kind.name()));

@@ -70,7 +70,9 @@ mod trace;
 mod window;
 
 pub use blanking::{BlankTicks, Blanking, BlankingKind, BlankingState, Blanks};
-pub use channel::{Baseline, Channel, ChannelKind, ChannelReport, FaultCurve, Moved};
+pub use channel::{
+    Baseline, Channel, ChannelKind, ChannelMeaning, ChannelReport, ChannelRow, FaultCurve, Moved,
+};
 pub use commissioning::{Commissioning, NotReady, honest_arl0};
 pub use config::{Config, ConfigError, Saturation};
 pub use course::{Curve, Decision, Refitted, Verdict};

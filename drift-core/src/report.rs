@@ -42,12 +42,7 @@ impl Location {
         if side.is_none() {
             return self;
         }
-        let here = match kind {
-            ChannelKind::EnergyError(_) => Self::Tracking,
-            ChannelKind::Effort => Self::OperatingPoint,
-            ChannelKind::MotionEffort => Self::Friction,
-            ChannelKind::Activity => Self::Dynamics,
-        };
+        let here = kind.location();
         match self {
             Self::Nowhere => here,
             same if same == here => same,

@@ -7,7 +7,7 @@ use drift_core::{
     Channel, ChannelKind, Config, CusumState, Detector, DetectorState, Index, MemoryKind, Remembering,
 };
 use drift_sim::baseline_file::{BaselineFile, HostMonitor, Timing};
-use drift_sim::calibrate::{Calibration, Effort, Options, WindowRow, calibrate_windows};
+use drift_sim::calibrate::{Calibration, Options, WindowRow, calibrate_windows};
 use drift_sim::control_loop::Loop;
 use drift_sim::reference::Reference;
 use drift_sim::simulate::Simulation;
@@ -21,7 +21,7 @@ struct Case {
     sd: f64,
     hold_ticks: u64,
     window_ticks: usize,
-    effort: Effort,
+    effort: ChannelKind,
 }
 
 const PAPER: Case = Case {
@@ -44,7 +44,7 @@ const PAPER: Case = Case {
     sd: 1.0,
     hold_ticks: 50,
     window_ticks: 3000,
-    effort: Effort::Holding,
+    effort: ChannelKind::Effort,
 };
 
 const FLOW: Case = Case {
@@ -69,7 +69,7 @@ const FLOW: Case = Case {
     sd: 5.0,
     hold_ticks: 60,
     window_ticks: 900,
-    effort: Effort::Holding,
+    effort: ChannelKind::Effort,
 };
 
 const SERVO: Case = Case {
@@ -98,7 +98,7 @@ const SERVO: Case = Case {
     sd: 0.05,
     hold_ticks: 100,
     window_ticks: 1500,
-    effort: Effort::Motion,
+    effort: ChannelKind::MotionEffort,
 };
 
 /// A PI speed loop whose sensor is coarse.
@@ -127,7 +127,7 @@ const SPEED: Case = Case {
     sd: 2.0,
     hold_ticks: 150,
     window_ticks: 1500,
-    effort: Effort::Holding,
+    effort: ChannelKind::Effort,
 };
 
 /// (x, value) of each channel.
@@ -190,11 +190,7 @@ impl Case {
 
     /// Healthy windows, in stretches.
     fn pool(&self, stretches: u64, windows: usize, first_seed: u64) -> Vec<Vec<Window>> {
-        let effort = match self.effort {
-            Effort::Holding => ChannelKind::Effort,
-            Effort::Motion => ChannelKind::MotionEffort,
-        };
-        let kinds = [ChannelKind::EnergyError(Index::Iae), effort, ChannelKind::Activity];
+        let kinds = [ChannelKind::EnergyError(Index::Iae), self.effort, ChannelKind::Activity];
         let stretch = |seed: u64| {
             let run = self.run(windows, first_seed + seed);
             let timing = self.timing();

@@ -10,6 +10,7 @@
 mod book;
 mod book_commands;
 mod command;
+mod core_channels;
 mod core_commissioning;
 mod core_decision;
 mod core_operating_point;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use drift_core::{ChannelKind, Config, Side};
 use drift_sim::baseline_file::BaselineFile;
-use drift_sim::calibrate::{Calibration, Effort, Options, Signals, calibrate};
+use drift_sim::calibrate::{Calibration, Options, Signals, calibrate};
 use drift_sim::monitor::{Course, EventKind, Outputs, Summary, watch};
 use drift_sim::recording::{ReadOptions, Recording, RecordingStream};
 
@@ -404,7 +404,7 @@ fn emps_hidden_pulses_are_raised_at_once() {
         window_s: Some(0.775),
         k: 1.0,
         false_alarm_every_h: 0.1,
-        effort: Effort::Motion,
+        effort: ChannelKind::MotionEffort,
         saturation: Some([-10.0, 10.0]),
         ..Options::default()
     };

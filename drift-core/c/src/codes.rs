@@ -1,6 +1,6 @@
 //! Return codes and the named numbers of configurations and reports.
 
-use drift_core::{ConfigError, StateError};
+use drift_core::{ChannelKind, ConfigError, StateError};
 
 /// What a function returns: zero or above is good.
 pub type drift_code_t = i32;
@@ -79,6 +79,31 @@ pub const DRIFT_EFFORT: u32 = 1;
 pub const DRIFT_MOTION_EFFORT: u32 = 2;
 /// The control energy against the reference's own activity.
 pub const DRIFT_ACTIVITY: u32 = 3;
+
+// As the table of kinds has them: a kind that is missing here does not compile.
+const KINDS: [(&str, u32); ChannelKind::ROWS.len()] = [
+    ("energy_error", DRIFT_ENERGY_ERROR),
+    ("effort", DRIFT_EFFORT),
+    ("motion_effort", DRIFT_MOTION_EFFORT),
+    ("activity", DRIFT_ACTIVITY),
+];
+const _: () = {
+    let mut i = 0;
+    while i < KINDS.len() {
+        let row = &ChannelKind::ROWS[i];
+        assert!(same(row.name, KINDS[i].0) && row.kind.number() == KINDS[i].1);
+        i += 1;
+    }
+};
+
+const fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut i = 0;
+    while i < a.len() && i < b.len() && a[i] == b[i] {
+        i += 1;
+    }
+    i == a.len() && i == b.len()
+}
 
 /// The error index of DRIFT_ENERGY_ERROR.
 pub type drift_index_t = u32;

@@ -329,12 +329,6 @@ impl drift_channel_t {
             codes::DRIFT_ITSE => Index::Itse,
             _ => return Err(DRIFT_BAD_CONFIG),
         };
-        match self.kind {
-            codes::DRIFT_ENERGY_ERROR => Ok(ChannelKind::EnergyError(index)),
-            codes::DRIFT_EFFORT => Ok(ChannelKind::Effort),
-            codes::DRIFT_MOTION_EFFORT => Ok(ChannelKind::MotionEffort),
-            codes::DRIFT_ACTIVITY => Ok(ChannelKind::Activity),
-            _ => Err(DRIFT_BAD_CONFIG),
-        }
+        ChannelKind::numbered(self.kind).map(|kind| kind.with_index(index)).ok_or(DRIFT_BAD_CONFIG)
     }
 }

@@ -1,7 +1,7 @@
 //! The report as C sees it.
 
 use drift_core::{
-    ChannelKind, ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, Moved, PairIndices,
+    ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, Moved, PairIndices,
     Report, Side, TotalExcluded,
 };
 
@@ -321,12 +321,7 @@ impl drift_channel_report_t {
     };
 
     fn fill<D: ReportedDetectors, F: ReportedCurve>(&mut self, c: &ChannelReport<D, F>) {
-        (self.kind, self.index) = match c.kind {
-            ChannelKind::EnergyError(index) => (codes::DRIFT_ENERGY_ERROR, index as u32),
-            ChannelKind::Effort => (codes::DRIFT_EFFORT, 0),
-            ChannelKind::MotionEffort => (codes::DRIFT_MOTION_EFFORT, 0),
-            ChannelKind::Activity => (codes::DRIFT_ACTIVITY, 0),
-        };
+        (self.kind, self.index) = (c.kind.number(), c.kind.index().map_or(0, |index| index as u32));
         (self.x, self.value, self.residual, self.z) = (c.x, c.value, c.residual, c.z);
         (self.verdict, self.side) = (c.verdict as u8, side(c.side));
         (self.alarm_shewhart, self.alarm_cusum) = (side(c.alarms.shewhart), side(c.alarms.cusum));

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use drift_core::Index;
+use drift_core::{ChannelKind, Index};
 use drift_sim::baseline_file::BaselineFile;
-use drift_sim::calibrate::{self as library, Effort, Options, Signals};
+use drift_sim::calibrate::{self as library, Options, Signals};
 use drift_sim::recording;
 use drift_sim::{Error, sentences};
 use pyo3::prelude::*;
@@ -136,7 +136,7 @@ pub fn calibrate(
         false_alarm_every_h,
         confidence,
         channels: judged(&channels)?,
-        effort: one_of("effort", effort, &[("holding", Effort::Holding), ("motion", Effort::Motion)])?,
+        effort: kind_of_effort(effort)?,
         effort_memory,
         operating_point,
         detectors: detectors.join(",").parse().map_err(raised)?,
@@ -167,6 +167,13 @@ pub fn calibrate(
 const INDICES: [(&str, Index); 4] =
     [("iae", Index::Iae), ("ise", Index::Ise), ("itae", Index::Itae), ("itse", Index::Itse)];
 const CHANNELS: [(&str, usize); 3] = [("energy_error", 0), ("effort", 1), ("activity", 2)];
+
+/// The kind that a word chooses.
+fn kind_of_effort(word: &str) -> PyResult<ChannelKind> {
+    let rows = ChannelKind::ROWS.iter();
+    let known: Vec<_> = rows.filter_map(|row| row.meaning.chosen_by.map(|word| (word, row.kind))).collect();
+    one_of("effort", word, &known)
+}
 
 /// What a word means; the error lists those that are allowed.
 pub fn one_of<T: Copy>(what: &str, word: &str, known: &[(&str, T)]) -> PyResult<T> {

@@ -106,16 +106,15 @@ fn flag(is: bool) -> String {
     u8::from(is).to_string()
 }
 
-fn names(kind: ChannelKind) -> (&'static str, &'static str) {
-    match kind {
-        ChannelKind::EnergyError(Index::Iae) => ("DRIFT_ENERGY_ERROR", "DRIFT_IAE"),
-        ChannelKind::EnergyError(Index::Ise) => ("DRIFT_ENERGY_ERROR", "DRIFT_ISE"),
-        ChannelKind::EnergyError(Index::Itae) => ("DRIFT_ENERGY_ERROR", "DRIFT_ITAE"),
-        ChannelKind::EnergyError(Index::Itse) => ("DRIFT_ENERGY_ERROR", "DRIFT_ITSE"),
-        ChannelKind::Effort => ("DRIFT_EFFORT", "DRIFT_IAE"),
-        ChannelKind::MotionEffort => ("DRIFT_MOTION_EFFORT", "DRIFT_IAE"),
-        ChannelKind::Activity => ("DRIFT_ACTIVITY", "DRIFT_IAE"),
-    }
+/// The macros of a kind and of its index; a kind without one has IAE, which is not looked at.
+fn names(kind: ChannelKind) -> (String, String) {
+    let index = match kind.index().unwrap_or(Index::Iae) {
+        Index::Iae => "IAE",
+        Index::Ise => "ISE",
+        Index::Itae => "ITAE",
+        Index::Itse => "ITSE",
+    };
+    (format!("DRIFT_{}", kind.name().to_uppercase()), format!("DRIFT_{index}"))
 }
 
 /// The fewest digits that name the same `float`.

@@ -26,7 +26,7 @@ struct Document {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ChannelTable {
-    kind: Kind,
+    kind: String,
     index: Option<Index>,
     baseline: Option<Baseline>,
     #[serde(default)]
@@ -36,15 +36,6 @@ struct ChannelTable {
     #[serde(default)]
     detectors: Detectors,
     statistics: Option<Statistics>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Kind {
-    EnergyError,
-    Effort,
-    MotionEffort,
-    Activity,
 }
 
 /// Reads and checks text.
@@ -186,46 +177,54 @@ fn check_provenance(of: &Provenance) -> std::result::Result<(), Problem> {
 }
 
 fn read_channels(text: &str, document: &Document) -> Result<[ChannelEntry; 3]> {
-    const ALLOWED: &str = "three [[channel]]: energy_error, then effort or motion_effort, then activity";
+    let allowed = format!("three [[channel]]: {}", kinds_by_place());
     let tables = document.channels.get_ref();
     let entries = tables.iter().map(|table| read_channel(text, table)).collect::<Result<Vec<_>>>()?;
     let entries: [ChannelEntry; 3] = entries.try_into().map_err(|_| {
         let line = line_at(text, document.channels.span().start);
-        Error::new(format!("{} channels", tables.len())).allowed(ALLOWED).at_line(line)
+        Error::new(format!("{} channels", tables.len())).allowed(&allowed).at_line(line)
     })?;
     for ((position, entry), table) in entries.iter().enumerate().zip(tables) {
-        let fits = matches!(
-            (position, entry.channel.kind),
-            (0, ChannelKind::EnergyError(_))
-                | (1, ChannelKind::Effort | ChannelKind::MotionEffort)
-                | (2, ChannelKind::Activity)
-        );
+        let fits = entry.channel.kind.meaning().place == position;
         if !fits {
             let what = format!("channel {} is {}", position + 1, entry.channel.kind.name());
             let line = line_of_key(text, table.span().start, "kind");
-            return Err(Error::new(what).allowed(ALLOWED).at_line(line));
+            return Err(Error::new(what).allowed(&allowed).at_line(line));
         }
     }
     Ok(entries)
 }
 
+/// The kinds of channels in the order of their places: "a, then b or c, then d".
+fn kinds_by_place() -> String {
+    let of_place = |place| {
+        let rows = ChannelKind::ROWS.iter().filter(|row| row.meaning.place == place);
+        rows.map(|row| row.name).collect::<Vec<_>>().join(" or ")
+    };
+    (0..3).map(of_place).collect::<Vec<_>>().join(", then ")
+}
+
 fn read_channel(text: &str, table: &toml::Spanned<ChannelTable>) -> Result<ChannelEntry> {
     let start = table.span().start;
     let table = table.get_ref();
-    let kind = match (table.kind, table.index) {
-        (Kind::EnergyError, Some(index)) => ChannelKind::EnergyError(index),
-        (Kind::EnergyError, None) => {
-            return Err(Error::new("channel energy_error has no index")
+    let Some(kind) = ChannelKind::named(&table.kind) else {
+        let names: Vec<_> = ChannelKind::ROWS.iter().map(|row| row.name).collect();
+        return Err(Error::new(format!("unknown kind of channel {}", table.kind))
+            .allowed(names.join(", "))
+            .at_line(line_of_key(text, start, "kind")));
+    };
+    let kind = match (kind.index(), table.index) {
+        (Some(_), Some(index)) => kind.with_index(index),
+        (Some(_), None) => {
+            return Err(Error::new(format!("channel {} has no index", kind.name()))
                 .allowed("index = \"iae\", \"ise\", \"itae\" or \"itse\"")
                 .at_line(line_of_key(text, start, "kind")));
         }
-        (_, Some(_)) => {
+        (None, Some(_)) => {
             return Err(Error::new("an index goes with kind = \"energy_error\" only")
                 .at_line(line_of_key(text, start, "index")));
         }
-        (Kind::Effort, None) => ChannelKind::Effort,
-        (Kind::MotionEffort, None) => ChannelKind::MotionEffort,
-        (Kind::Activity, None) => ChannelKind::Activity,
+        (None, None) => kind,
     };
     if let Some(s) = &table.statistics {
         let numbers = [s.n_effective, s.r2, s.adj_r2, s.rmse, s.lag1, s.skewness];

@@ -1,6 +1,6 @@
 //! The configuration as Rust source, for a firmware that holds its baseline in flash.
 
-use drift_core::{Channel, ChannelKind, DetectorRow, Detectors, Index};
+use drift_core::{Channel, ChannelKind, DetectorRow, Detectors};
 
 use super::{BaselineFile, ChannelEntry, PointColumns};
 
@@ -145,21 +145,10 @@ fn operating_point(point: &PointColumns) -> String {
 }
 
 fn kind(kind: ChannelKind) -> String {
-    let name = match kind {
-        ChannelKind::EnergyError(index) => {
-            let index = match index {
-                Index::Iae => "Iae",
-                Index::Ise => "Ise",
-                Index::Itae => "Itae",
-                Index::Itse => "Itse",
-            };
-            return format!("drift_core::ChannelKind::EnergyError(drift_core::Index::{index})");
-        }
-        ChannelKind::Effort => "Effort",
-        ChannelKind::MotionEffort => "MotionEffort",
-        ChannelKind::Activity => "Activity",
-    };
-    format!("drift_core::ChannelKind::{name}")
+    let row = ChannelKind::ROWS.iter().find(|row| row.kind.name() == kind.name());
+    let variant = row.map_or("", |row| row.variant);
+    let index = kind.index().map(|index| format!("(drift_core::Index::{index:?})"));
+    format!("drift_core::ChannelKind::{variant}{}", index.unwrap_or_default())
 }
 
 fn option<T>(of: Option<&T>, write: impl FnOnce(&T) -> String) -> String {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use drift_core::{ChannelKind, Detectors, Index};
+use drift_core::{Detectors, Index};
 
 use super::{BaselineFile, ChannelEntry, SCHEMA};
 
@@ -59,7 +59,7 @@ fn head(text: &mut String, file: &BaselineFile) -> std::fmt::Result {
 fn channel(text: &mut String, entry: &ChannelEntry) -> std::fmt::Result {
     let channel = &entry.channel;
     writeln!(text, "\n[[channel]]\nkind = \"{}\"", channel.kind.name())?;
-    if let ChannelKind::EnergyError(index) = channel.kind {
+    if let Some(index) = channel.kind.index() {
         writeln!(text, "index = \"{}\"", index_name(index))?;
     }
     let detectors = &channel.detectors;

@@ -53,7 +53,7 @@ use crate::stage;
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
 pub use detector::DetectorChoice;
-pub use options::{Effort, Options};
+pub use options::Options;
 pub use promise::Cost;
 use regression::Fit;
 use relation::Relation;
@@ -191,7 +191,7 @@ fn from_windows(
     operating_point::check_variation(&windows, &options.operating_point)?;
     let relations = [0, 1, 2].map(|position: usize| match (options.channels[position], position) {
         (true, EFFORT) => {
-            let remembers = file.channels[position].channel.kind == ChannelKind::Effort;
+            let remembers = file.channels[position].channel.kind.meaning().remembers;
             let asked = if remembers { options.effort_memory } else { Some(0) };
             relation::choose(&windows, position, options.operating_point.len(), overlap, asked)
         }
@@ -268,6 +268,19 @@ fn check_recordings(recordings: &[Signals<'_>]) -> Result<()> {
     Ok(())
 }
 
+/// The kinds of the three places: the effort's as chosen, of the others the only one.
+fn kinds(options: &Options) -> Result<[ChannelKind; 3]> {
+    let kinds = [ChannelKind::EnergyError(options.index), options.effort, ChannelKind::Activity];
+    for (place, kind) in kinds.iter().enumerate() {
+        if kind.meaning().place != place {
+            let names = ChannelKind::ROWS.iter().filter(|row| row.meaning.place == place).map(|row| row.name);
+            return Err(Error::new(format!("channel {} is {}", place + 1, kind.name()))
+                .allowed(names.collect::<Vec<_>>().join(" or ")));
+        }
+    }
+    Ok(kinds)
+}
+
 fn unlearned(files: Vec<String>, options: &Options, timing: Timing) -> Result<BaselineFile> {
     let sample_time_s = f64::from(timing.sample_time_s);
     let blanking = match options.blanking {
@@ -281,11 +294,7 @@ fn unlearned(files: Vec<String>, options: &Options, timing: Timing) -> Result<Ba
             Some(Blanking { reference_step: step as f32, ticks: ticks as u32 })
         }
     };
-    let effort = match options.effort {
-        Effort::Holding => ChannelKind::Effort,
-        Effort::Motion => ChannelKind::MotionEffort,
-    };
-    let kinds = [ChannelKind::EnergyError(options.index), effort, ChannelKind::Activity];
+    let kinds = kinds(options)?;
     let file = BaselineFile {
         timing,
         samples: Samples {

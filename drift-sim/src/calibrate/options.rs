@@ -1,18 +1,9 @@
 //! What is asked of a calibration, and whether it can be had.
 
-use drift_core::{Decision, Detectors, Index, Memory};
+use drift_core::{ChannelKind, Decision, Detectors, Index, Memory};
 
 use super::{DetectorChoice, operating_point};
 use crate::{Error, Result};
-
-/// The effort channel's kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effort {
-    /// Mean u against mean y: a plant that needs effort to stand still.
-    Holding,
-    /// Mean u sign(dy) against the speed: a plant that integrates.
-    Motion,
-}
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +22,7 @@ pub struct Options {
     /// Judged: energy_error, effort, activity.
     pub channels: [bool; 3],
     /// Effort to hold y, or along the motion.
-    pub effort: Effort,
+    pub effort: ChannelKind,
     /// Windows that the effort channel remembers, 0 to 3; chosen by validation if there is none. The motion's effort
     /// remembers none.
     pub effort_memory: Option<u8>,
@@ -62,7 +53,7 @@ impl Default for Options {
             false_alarm_every_h: 24.0,
             confidence: 0.9,
             channels: [true; 3],
-            effort: Effort::Holding,
+            effort: ChannelKind::Effort,
             effort_memory: None,
             operating_point: Vec::new(),
             detectors: DetectorChoice::default(),

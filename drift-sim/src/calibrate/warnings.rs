@@ -42,11 +42,7 @@ pub(super) fn collect(
     }
     for kind in without_x {
         let name = kind.name();
-        let x = if *kind == ChannelKind::Activity {
-            "the reference never moves inside a window"
-        } else {
-            "its x never varies"
-        };
+        let x = kind.meaning().x_is_constant;
         said.push(format!("{name}: {x}, so there is no line to judge by: left unlearned"));
     }
     for channel in channels {

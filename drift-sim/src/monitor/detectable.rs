@@ -1,7 +1,7 @@
 //! What a run could have shown: the smallest lasting shift that would have raised an alarm within the decisions so far with a
 //! probability of 90 %. A verdict of healthy says no more than that.
 
-use drift_core::{Channel, ChannelKind};
+use drift_core::Channel;
 use serde::Serialize;
 
 use crate::calibrate::detector::{Designed, ROWS};
@@ -33,7 +33,7 @@ impl Detectable {
         // The effort answers to y of all windows that are remembered.
         let answer =
             f64::from(channel.baseline.b1) + channel.memory.x.iter().map(|x| f64::from(*x)).sum::<f64>();
-        let y = (channel.kind == ChannelKind::Effort && answer != 0.0).then_some(residual / answer.abs());
+        let y = (channel.kind.meaning().x_is_y && answer != 0.0).then_some(residual / answer.abs());
         Some(Self { sigmas, value, y })
     }
 }
@@ -60,7 +60,7 @@ fn shows(channel: &Channel, judged: u64, shift: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use drift_core::{Baseline, Cusum, Detector, Detectors};
+    use drift_core::{Baseline, ChannelKind, Cusum, Detector, Detectors};
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};

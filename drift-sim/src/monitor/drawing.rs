@@ -65,7 +65,7 @@ impl Drawing<'_> {
             "Each point is one window of {} s: how far {} lies from what it was when the loop was healthy, in units of its healthy \
              scatter (sigma). Between the dashed limits is normal; {healthy}.",
             plain(self.summary.window_s, 4),
-            meant(kind)
+            kind.meaning().looks_at
         );
         let title = format!("How far {name} is from healthy, with its limits");
         Some(Proof { figure: Figure::stacked("", panels), title, caption })
@@ -362,16 +362,6 @@ impl Drawing<'_> {
         // The last ones: where the loop is now.
         let all: Vec<Moved> = moved.collect();
         report::plane(&chart.channel, clouds, all.get(all.len().saturating_sub(2)..).unwrap_or(&[]))
-    }
-}
-
-/// What a channel looks at, in words.
-fn meant(kind: drift_core::ChannelKind) -> &'static str {
-    match kind {
-        drift_core::ChannelKind::EnergyError(_) => "the error for the energy spent",
-        drift_core::ChannelKind::Effort => "the effort to hold y",
-        drift_core::ChannelKind::MotionEffort => "the effort along the motion",
-        drift_core::ChannelKind::Activity => "the controller's activity",
     }
 }
 

@@ -18,8 +18,7 @@
 use std::io::{self, Write};
 
 use drift_core::{
-    Alarms, ChannelKind, ChannelReport, Excluded, FaultCurve, Indices, Location, Moved, Side, Verdict,
-    WindowStatus,
+    Alarms, ChannelReport, Excluded, FaultCurve, Indices, Location, Moved, Side, Verdict, WindowStatus,
 };
 use serde::Serialize;
 
@@ -91,13 +90,6 @@ fn line(out: &mut (impl Write + ?Sized), value: &impl Serialize) -> io::Result<(
     out.write_all(b"\n")
 }
 
-const fn index_name(kind: ChannelKind) -> Option<drift_core::Index> {
-    match kind {
-        ChannelKind::EnergyError(index) => Some(index),
-        _ => None,
-    }
-}
-
 #[derive(Serialize)]
 struct HopLine {
     hop: u32,
@@ -136,7 +128,7 @@ impl ChannelLine {
         let (cusum, sprt) = (channel.detectors.cusum, channel.detectors.sprt);
         Self {
             kind: channel.kind.name(),
-            index: index_name(channel.kind),
+            index: channel.kind.index(),
             x: channel.x,
             value: channel.value,
             residual: channel.residual,
@@ -198,7 +190,7 @@ impl ChannelContent {
     fn of(channel: &ChannelSummary) -> Self {
         Self {
             kind: channel.kind.name(),
-            index: index_name(channel.kind),
+            index: channel.kind.index(),
             judged: channel.judged,
             extrapolated: channel.extrapolated,
             mean_z: channel.mean_z,

@@ -180,9 +180,9 @@ fn course(course: &Course, clock: &Clock) -> String {
 }
 
 pub(super) fn label(kind: ChannelKind) -> String {
-    match kind {
-        ChannelKind::EnergyError(index) => format!("{} ({index:?})", kind.name()).to_lowercase(),
-        _ => kind.name().to_owned(),
+    match kind.index() {
+        Some(index) => format!("{} ({index:?})", kind.name()).to_lowercase(),
+        None => kind.name().to_owned(),
     }
 }
 

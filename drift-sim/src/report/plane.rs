@@ -34,15 +34,8 @@ pub struct Moved {
 
 /// What a channel's axes are called: x and value, with their units in words (`u` stands for the unit of u).
 pub fn axis_names(kind: ChannelKind) -> (&'static str, &'static str) {
-    match kind {
-        ChannelKind::EnergyError(Index::Iae) => ("E_u / (u\u{b2} s)", "J_e = IAE / (y s)"),
-        ChannelKind::EnergyError(Index::Ise) => ("E_u / (u\u{b2} s)", "J_e = ISE / (y\u{b2} s)"),
-        ChannelKind::EnergyError(Index::Itae) => ("E_u / (u\u{b2} s)", "J_e = ITAE / (y s\u{b2})"),
-        ChannelKind::EnergyError(Index::Itse) => ("E_u / (u\u{b2} s)", "J_e = ITSE / (y\u{b2} s\u{b2})"),
-        ChannelKind::Effort => ("mean y", "mean u"),
-        ChannelKind::MotionEffort => ("speed / (y/s)", "u along the motion"),
-        ChannelKind::Activity => ("activity of r / y\u{b2}", "E_u / (u\u{b2} s)"),
-    }
+    let meaning = kind.meaning();
+    (meaning.x_axis, (meaning.value_axis)(kind.index().unwrap_or(Index::Iae)))
 }
 
 /// The plane of one channel. Bands are drawn where it has a baseline.

@@ -1,6 +1,6 @@
 //! What a run of the monitor says.
 
-use drift_core::{ChannelKind, Side};
+use drift_core::Side;
 
 use super::quantity::{plain, sigmas};
 use super::{Answer, Clock, KeyNumber, Status};
@@ -66,21 +66,14 @@ fn came_back(summary: &Summary) -> String {
 }
 
 /// What has changed, as the subject of a sentence.
-fn change(event: &Event) -> String {
-    let mut leading = leading(event);
-    let Some(first) = leading.next() else { return "Something has changed".into() };
-    if let Some(effort) = leading_effort(event) {
-        let more = if effort.side == Side::High { "more" } else { "less" };
-        let what = if effort.kind == ChannelKind::Effort { "to hold y" } else { "to move" };
-        return format!("It takes {more} effort {what} than it did,");
-    }
-    match first.kind {
-        ChannelKind::EnergyError(_) if first.side == Side::High => {
-            "The loop tracks worse for the energy that it spends,".into()
-        }
-        ChannelKind::EnergyError(_) => "The loop tracks better for the energy that it spends,".into(),
-        _ if first.side == Side::High => "The controller works harder for the same set-point,".into(),
-        _ => "The controller works less for the same set-point,".into(),
+fn change(event: &Event) -> &'static str {
+    let Some(first) = leading_effort(event).or_else(|| leading(event).next()) else {
+        return "Something has changed";
+    };
+    let meaning = first.kind.meaning();
+    match first.side {
+        Side::High => meaning.above,
+        Side::Low => meaning.below,
     }
 }
 
@@ -90,7 +83,7 @@ fn began_s(event: &Event) -> f64 {
 }
 
 fn leading_effort(event: &Event) -> Option<&Course> {
-    leading(event).find(|c| matches!(c.kind, ChannelKind::Effort | ChannelKind::MotionEffort))
+    leading(event).find(|c| c.kind.meaning().change_of_u.is_some())
 }
 
 /// The courses that make the event what it is: of a drift, those that were called drift.
@@ -102,26 +95,10 @@ fn leading(event: &Event) -> impl Iterator<Item = &Course> {
 /// What the event may mean.
 fn meaning(event: &Event) -> &'static str {
     let Some(first) = leading_effort(event).or_else(|| leading(event).next()) else { return "" };
-    match (first.kind, first.side) {
-        (ChannelKind::Effort, Side::High) => {
-            "A load, a leak, lost gain, or a sensor that reads low would do that."
-        }
-        (ChannelKind::Effort, Side::Low) => {
-            "A load that is gone, more gain, or a sensor that reads high would do that."
-        }
-        (ChannelKind::MotionEffort, Side::High) => {
-            "Friction, a load against the motion, or lost drive gain would do that."
-        }
-        (ChannelKind::MotionEffort, Side::Low) => {
-            "Less friction, a load along the motion, or more drive gain would do that."
-        }
-        (ChannelKind::Activity, _) => "Other dynamics, another gain, or noise would do that.",
-        (ChannelKind::EnergyError(_), Side::High) => {
-            "Slower dynamics, a disturbance, or noise would do that."
-        }
-        (ChannelKind::EnergyError(_), Side::Low) => {
-            "The error may have become smaller, or energy is spent that it does not ask for."
-        }
+    let meaning = first.kind.meaning();
+    match first.side {
+        Side::High => meaning.cause_above,
+        Side::Low => meaning.cause_below,
     }
 }
 
@@ -139,8 +116,7 @@ pub fn pinned(summary: &Summary, clock: &Clock) -> Option<String> {
 
 /// What the run could not have shown.
 fn unseen(summary: &Summary) -> Option<String> {
-    let effort =
-        summary.channels.iter().find(|c| c.kind == ChannelKind::Effort && c.learned && c.judged > 0)?;
+    let effort = summary.channels.iter().find(|c| c.kind.meaning().x_is_y && c.learned && c.judged > 0)?;
     let percent = 100.0 * PROBABILITY;
     Some(match effort.detectable {
         None => format!("With {} windows no lasting shift of u would have shown.", effort.judged),
@@ -199,11 +175,7 @@ fn short_time(clock: &Clock, t_s: f64) -> String {
 /// How far the refitted line has moved, in units of the channel's own value.
 fn effort_change(course: &Course) -> Option<(String, String)> {
     let curve = course.fault_curve?;
-    let what = match course.kind {
-        ChannelKind::Effort => "mean change of u at the same y",
-        ChannelKind::MotionEffort => "mean change of u along the motion",
-        _ => return None,
-    };
+    let what = course.kind.meaning().change_of_u?;
     // In a relation with memory the residual is not u itself.
     let shift = f64::from(curve.shift / course.visible);
     shift.is_finite().then(|| {

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use drift_core::{Detectors, Index};
+use drift_core::{ChannelKind, Detectors, Index};
 use drift_sim::calibrate::{self, Options, Signals};
 use drift_sim::output::Outputs;
 use drift_sim::terminal::Terminal;
@@ -48,8 +48,8 @@ pub struct Arguments {
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Channel::EnergyError, Channel::Effort, Channel::Activity])]
     channels: Vec<Channel>,
     /// Effort to hold y, or, for a plant that integrates, along the motion
-    #[arg(long, value_enum, default_value_t = Effort::Holding)]
-    effort: Effort,
+    #[arg(long, value_parser = kind_of_effort(), default_value = "holding")]
+    effort: ChannelKind,
     /// Windows before this one that the effort channel takes into account, 0 to 3; chosen by validation without it
     #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u8).range(0..=3))]
     effort_memory: Option<u8>,
@@ -110,10 +110,10 @@ enum Channel {
     Activity,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Effort {
-    Holding,
-    Motion,
+/// The words that choose a kind.
+fn kind_of_effort() -> impl TypedValueParser<Value = ChannelKind> {
+    let words = ChannelKind::ROWS.iter().filter_map(|row| row.meaning.chosen_by);
+    PossibleValuesParser::new(words).try_map(|word| ChannelKind::chosen(&word).ok_or("no such kind"))
 }
 
 /// Longer than any recording: 30 years.
@@ -191,10 +191,7 @@ fn options(arguments: &Arguments) -> Result<Options> {
         confidence: arguments.confidence,
         channels: [Channel::EnergyError, Channel::Effort, Channel::Activity]
             .map(|channel| arguments.channels.contains(&channel)),
-        effort: match arguments.effort {
-            Effort::Holding => calibrate::Effort::Holding,
-            Effort::Motion => calibrate::Effort::Motion,
-        },
+        effort: arguments.effort,
         effort_memory: arguments.effort_memory,
         operating_point: arguments.operating_point.clone(),
         detectors: arguments.detectors.join(",").parse()?,

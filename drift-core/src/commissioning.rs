@@ -1,6 +1,10 @@
 //! On-device commissioning: learns the baseline from healthy windows in place, and says what a baseline from so
 //! few windows can honestly promise.
 
+mod at;
+
+pub use at::CommissioningAt;
+
 use crate::channel::{Baseline, ChannelKind, ChannelReport};
 use crate::config::Config;
 use crate::detector::Cusum;
@@ -42,6 +46,11 @@ pub enum NotReady {
         /// The channel's place in the configuration, from 0.
         channel: u8,
     },
+    /// The operating point stands still, or goes with x alone: what it costs can't be learnt.
+    PointStandsStill {
+        /// The channel's place in the configuration, from 0.
+        channel: u8,
+    },
 }
 
 impl core::fmt::Display for NotReady {
@@ -54,6 +63,12 @@ impl core::fmt::Display for NotReady {
                 write!(
                     f,
                     "the index of channel {channel} does not scatter: the loop must move while it is learnt"
+                )
+            }
+            Self::PointStandsStill { channel } => {
+                write!(
+                    f,
+                    "the operating point of channel {channel} stands still: it must vary while it is learnt"
                 )
             }
         }
@@ -84,12 +99,18 @@ impl<const C: usize> Commissioning<C> {
     /// Adds one healthy window by its coordinates, (x, value) of each channel in order; what is not finite is passed
     /// over.
     pub fn learn_window(&mut self, channels: impl Iterator<Item = (f32, f32)>) {
-        for ((fit, range), (x, value)) in self.fits.iter_mut().zip(&mut self.range).zip(channels) {
+        for (i, (x, value)) in (0..C).zip(channels) {
             if x.is_finite() && value.is_finite() {
-                fit.add(x, value);
-                // `f32::min` would call fminf, which a C firmware may not link.
-                *range = (if x < range.0 { x } else { range.0 }, if x > range.1 { x } else { range.1 });
+                self.learn_channel(i, x, value);
             }
+        }
+    }
+
+    fn learn_channel(&mut self, place: usize, x: f32, value: f32) {
+        if let Some((fit, range)) = self.fits.get_mut(place).zip(self.range.get_mut(place)) {
+            fit.add(x, value);
+            // `f32::min` would call fminf, which a C firmware may not link.
+            *range = (if x < range.0 { x } else { range.0 }, if x > range.1 { x } else { range.1 });
         }
     }
 
@@ -122,17 +143,7 @@ impl<const C: usize> Commissioning<C> {
             if !fit.scatters() {
                 return Err(NotReady::NoScatter { channel: channel as u8 });
             }
-            *out = Baseline {
-                b0: fit.b0(),
-                b1: fit.b1(),
-                sigma: math::sqrt(fit.residual_variance()),
-                windows: fit.windows() as f32,
-                x_mean: fit.x_mean(),
-                // Without a slope there is no leverage to account for.
-                x_ss: if fit.b1() == 0.0 { 0.0 } else { fit.x_ss() },
-                x_min: range.0,
-                x_max: range.1,
-            };
+            *out = learned(fit, *range, (fit.b1(), fit.b0()), fit.residual_variance());
         }
         Ok(baselines)
     }
@@ -161,13 +172,15 @@ impl<const C: usize> Commissioning<C> {
     /// # Errors
     /// [`StateError::BufferTooSmall`].
     pub fn save<N: Number>(&self, config: &Config<N, C>, into: &mut [u8]) -> Result<usize, StateError> {
-        Writer::envelope(into, Self::owner(config), |to| {
-            for (fit, range) in self.fits.iter().zip(&self.range) {
-                fit.write(to);
-                to.f32(range.0);
-                to.f32(range.1);
-            }
-        })
+        Writer::envelope(into, Self::owner(config), |to| self.write(to))
+    }
+
+    fn write(&self, to: &mut Writer<'_>) {
+        for (fit, range) in self.fits.iter().zip(&self.range) {
+            fit.write(to);
+            to.f32(range.0);
+            to.f32(range.1);
+        }
     }
 
     /// Takes up what was saved, all of it or none.
@@ -212,6 +225,21 @@ impl<const C: usize> Commissioning<C> {
 impl<const C: usize> Default for Commissioning<C> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// The baseline of a fit; slope and intercept, and the residual variance, are those of the whole relation.
+fn learned(fit: &LineFit, range: (f32, f32), (b1, b0): (f32, f32), variance: f32) -> Baseline {
+    Baseline {
+        b0,
+        b1,
+        sigma: math::sqrt(variance),
+        windows: fit.windows() as f32,
+        x_mean: fit.x_mean(),
+        // Without a slope there is no leverage to account for.
+        x_ss: if fit.b1() == 0.0 { 0.0 } else { fit.x_ss() },
+        x_min: range.0,
+        x_max: range.1,
     }
 }
 

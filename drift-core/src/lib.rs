@@ -13,7 +13,7 @@
 //! * [`Verdict`]: disturbance or drift, with the refitted curve (equations 8 and 9).
 //! * [`Options`]: what a monitor can do, as a type; what is not chosen is not linked.
 //! * [`Plan`] (checked configuration, in flash) and [`State`], or both in one [`Monitor`].
-//! * [`Commissioning`]: learns the baseline in place. [`Plan::save`], [`Plan::restore`]: across a reset.
+//! * [`Commissioning`], [`CommissioningAt`]: learn the baseline in place. [`Plan::save`], [`Plan::restore`]: across a reset.
 //!
 //! ```
 //! use drift_core::{
@@ -63,6 +63,7 @@ mod monitor;
 mod number;
 mod operating_point;
 mod options;
+mod point_fit;
 mod report;
 mod sample;
 mod store;
@@ -73,7 +74,7 @@ pub use blanking::{BlankTicks, Blanking, BlankingKind, BlankingState, Blanks};
 pub use channel::{
     Baseline, Channel, ChannelKind, ChannelMeaning, ChannelReport, ChannelRow, FaultCurve, Moved,
 };
-pub use commissioning::{Commissioning, NotReady, honest_arl0};
+pub use commissioning::{Commissioning, CommissioningAt, NotReady, honest_arl0};
 pub use config::{Config, ConfigError, Saturation};
 pub use course::{Curve, Decision, Refitted, Verdict};
 pub use detector::{

@@ -109,7 +109,11 @@ impl LineFit {
     /// Adds a window. What would overflow is passed over; at 2^24 windows it stops learning.
     pub fn add(&mut self, x: f32, value: f32) {
         let mut next = *self;
-        next.residual_ss += next.prediction_error_square(x - next.line.x_mean, value - next.line.value_mean);
+        // What a window adds to the residual sum of squares: `SS_v - b1*S_xv` would cancel where the line explains
+        // nearly everything.
+        if let Some((error, variance)) = next.prediction_error(x, value) {
+            next.residual_ss += error * error / variance;
+        }
         next.windows = next.windows.saturating_add(1);
         next.line.learn(next.windows, x, value);
         if next.windows <= MOST_WINDOWS && next.finite() {
@@ -117,23 +121,26 @@ impl LineFit {
         }
     }
 
-    /// What a window adds to the residual sum of squares: its distance from the line so far, over the variance of
-    /// such a distance (Brown, Durbin & Evans 1975). `SS_v - b1*S_xv` would cancel where the line explains
-    /// nearly everything.
-    fn prediction_error_square(&self, dx: f32, dv: f32) -> f32 {
+    /// A window's distance from the line so far, and the variance of such a distance in units of sigma squared (Brown, Durbin &
+    /// Evans 1975). None of the first window and of the first other x: the line goes right through.
+    pub(crate) fn prediction_error(&self, x: f32, value: f32) -> Option<(f32, f32)> {
         if self.windows == 0 {
-            return 0.0;
+            return None;
         }
+        let (dx, mut error) = (x - self.line.x_mean, value - self.line.value_mean);
         let mut variance = 1.0 + 1.0 / self.windows as f32;
-        let mut error = dv;
-        if self.line.x_varies(self.windows) {
+        if self.x_varies() {
             error -= self.line.x_value_ss / self.line.x_ss * dx;
             variance += dx * (dx / self.line.x_ss);
         } else if dx.abs() > 1e-6 * self.line.x_mean.abs() {
-            // The first other x: the line goes right through.
-            return 0.0;
+            return None;
         }
-        error * error / variance
+        Some((error, variance))
+    }
+
+    /// x has varied beyond its own rounding.
+    pub(crate) fn x_varies(&self) -> bool {
+        self.line.x_varies(self.windows)
     }
 
     fn finite(&self) -> bool {

@@ -47,6 +47,8 @@ pub const DRIFT_NOT_LINKED: i32 = -17;
 pub const DRIFT_TOO_FEW_WINDOWS: i32 = -18;
 /// An index does not scatter while it is learnt: the loop stands still, or a sensor is stuck.
 pub const DRIFT_NO_SCATTER: i32 = -19;
+/// The operating point stands still while it is learnt, or goes with the channel's x alone.
+pub const DRIFT_POINT_STANDS_STILL: i32 = -20;
 
 /// The version, as the crate's.
 pub const DRIFT_VERSION_MAJOR: u32 = 0;

@@ -237,6 +237,12 @@ impl From<&Baseline> for drift_baseline_t {
     }
 }
 
+impl From<&OperatingPoint> for drift_operating_point_t {
+    fn from(p: &OperatingPoint) -> Self {
+        Self { weight: p.weight, mean: p.mean, per_x: p.per_x, ss: p.ss, min: p.min, max: p.max }
+    }
+}
+
 impl drift_config_t {
     pub(crate) fn convert<N: Sample, const C: usize>(&self) -> Result<Config<N, C>, i32> {
         const { assert!(C > 0 && C <= DRIFT_CHANNELS) };
@@ -321,7 +327,7 @@ impl drift_channel_t {
         })
     }
 
-    fn kind(&self) -> Result<ChannelKind, i32> {
+    pub(crate) fn kind(&self) -> Result<ChannelKind, i32> {
         let index = match self.index {
             codes::DRIFT_IAE => Index::Iae,
             codes::DRIFT_ISE => Index::Ise,

@@ -1,8 +1,8 @@
 //! The report as C sees it.
 
 use drift_core::{
-    ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, Moved, PairIndices,
-    Report, Side, TotalExcluded,
+    ChannelReport, DetectorStates, Excluded, FaultCurve, Indices, IndicesAt, Moved, PairIndices, Report,
+    Side, TotalExcluded,
 };
 
 use crate::codes::{

@@ -137,6 +137,65 @@ fn commissioning_and_a_drift() {
     assert_eq!((report.verdict, report.channels[1].side), (DRIFT_DRIFT, DRIFT_SIDE_HIGH));
 }
 
+/// u = 1 + 0.5 point + noise: the point's weight is learnt in place too, so that a point beyond what was usual is no drift and a load
+/// is.
+#[test]
+fn commissioning_learns_the_operating_point() {
+    let mut memory = [MaybeUninit::new(drift_monitor_t { word: 0 }); DRIFT_FULL_AT_WORDS];
+    let monitor: *mut drift_monitor_t = memory.as_mut_ptr().cast();
+    let (mut report, mut config) = (report(), config());
+    let mut learning = drift_commissioning_t { words: [0; DRIFT_COMMISSIONING_WORDS] };
+    let mut seed = 7u32;
+    let mut noise = || {
+        seed ^= seed << 13;
+        seed ^= seed >> 17;
+        seed ^= seed << 5;
+        (seed >> 8) as f32 / 16_777_216.0 - 0.5
+    };
+    config.channels.iter_mut().for_each(|c| c.baseline.sigma = 0.0);
+    let mut window = |report: &mut drift_report_t, point: f32, load: f32| {
+        for _ in 0..20 {
+            let (r, y, u) = (0.5 * noise(), noise(), 1.0 + 0.5 * point + load + noise());
+            unsafe {
+                drift_operating_point(monitor, point);
+                drift_tick(monitor, r, y, u, report);
+            }
+        }
+    };
+    unsafe {
+        assert_eq!(drift_full_at_init(monitor, DRIFT_FULL_AT_WORDS as u32, &config), DRIFT_OK);
+        assert_eq!(drift_commissioning_start(&mut learning), DRIFT_OK);
+        for _ in 0..40 {
+            window(&mut report, 10.0, 0.0);
+            assert_eq!(drift_commissioning_learn(&mut learning, &report), DRIFT_OK);
+        }
+        assert_eq!(drift_commissioning_finish(&learning, 3, &mut config), DRIFT_POINT_STANDS_STILL);
+        assert_eq!(config.channels[1].baseline.sigma, 0.0, "nothing is written");
+        assert_eq!(drift_commissioning_start(&mut learning), DRIFT_OK);
+        for i in 0..60 {
+            window(&mut report, (i * 7 % 20) as f32, 0.0);
+            assert_eq!(drift_commissioning_learn(&mut learning, &report), DRIFT_OK);
+        }
+        assert_eq!(drift_commissioning_finish(&learning, 3, &mut config), DRIFT_OK);
+        let point = config.channels[1].operating_point;
+        assert!(
+            (point.weight - 0.5).abs() < 0.01 && (point.min, point.max) == (0.0, 19.0),
+            "{}",
+            point.weight
+        );
+        assert_eq!(config.channels[0].operating_point.weight, 0.0);
+        assert_eq!(drift_full_at_init(monitor, DRIFT_FULL_AT_WORDS as u32, &config), DRIFT_OK);
+    }
+    for i in 0..20 {
+        window(&mut report, 19.0 - (i % 3) as f32, 0.0);
+        assert_eq!(report.channels[1].verdict, DRIFT_HEALTHY, "window {i}");
+    }
+    for i in 0..11 {
+        window(&mut report, (i * 7 % 20) as f32, 1.0);
+    }
+    assert_eq!((report.channels[1].verdict, report.channels[1].side), (DRIFT_DRIFT, DRIFT_SIDE_HIGH));
+}
+
 #[test]
 fn a_loop_that_stands_still_is_not_learnt() {
     let (mut memory, mut report, mut config) = (ZERO, report(), config());

@@ -120,6 +120,13 @@ macro_rules! channels {
                 }
             }
 
+            /// [`ChannelMeaning::remembers`], without the words.
+            pub const fn remembers(self) -> bool {
+                match self {
+                    $(Self::$Variant { .. } => const { $file::MEANING.remembers },)*
+                }
+            }
+
             /// The error index that it compares, if it does.
             pub const fn index(self) -> Option<Index> {
                 match self {

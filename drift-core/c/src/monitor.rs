@@ -27,8 +27,9 @@ pub struct drift_monitor_t {
 
 /// What a kind of monitor does.
 struct Kind {
-    tick: unsafe fn(*mut Head, [f32; 3], *mut drift_report_t) -> i32,
-    tick_counts: unsafe fn(*mut Head, [i32; 3], *mut drift_report_t) -> i32,
+    // Numbers one by one: an array would go through memory.
+    tick: unsafe fn(*mut Head, f32, f32, f32, *mut drift_report_t) -> i32,
+    tick_counts: unsafe fn(*mut Head, i32, i32, i32, *mut drift_report_t) -> i32,
     tick_without: unsafe fn(*mut Head, u32, *mut drift_report_t) -> i32,
     acknowledge: unsafe fn(*mut Head),
     point: unsafe fn(*mut Head, [f32; 3]) -> i32,
@@ -127,6 +128,7 @@ where
 
     /// # Safety
     /// As for [`Storage::monitor`]; `into` is aligned and the caller's.
+    #[inline(always)]
     unsafe fn sample(head: *mut Head, sample: Option<[N; 3]>, into: *mut drift_report_t) -> i32 {
         let Some([r, y, u]) = sample else { return DRIFT_OTHER_NUMBER };
         // SAFETY: the caller's promise.
@@ -139,14 +141,14 @@ where
         DRIFT_REPORT
     }
 
-    unsafe fn tick(head: *mut Head, sample: [f32; 3], into: *mut drift_report_t) -> i32 {
+    unsafe fn tick(head: *mut Head, r: f32, y: f32, u: f32, into: *mut drift_report_t) -> i32 {
         // SAFETY: the caller's promise.
-        unsafe { Self::sample(head, N::of_floats(sample), into) }
+        unsafe { Self::sample(head, N::of_floats([r, y, u]), into) }
     }
 
-    unsafe fn tick_counts(head: *mut Head, sample: [i32; 3], into: *mut drift_report_t) -> i32 {
+    unsafe fn tick_counts(head: *mut Head, r: i32, y: i32, u: i32, into: *mut drift_report_t) -> i32 {
         // SAFETY: the caller's promise.
-        unsafe { Self::sample(head, N::of_counts(sample), into) }
+        unsafe { Self::sample(head, N::of_counts([r, y, u]), into) }
     }
 
     unsafe fn tick_without(head: *mut Head, why: u32, into: *mut drift_report_t) -> i32 {
@@ -246,7 +248,11 @@ pub unsafe extern "C" fn drift_tick(
         return code;
     }
     // SAFETY: the caller's promise.
-    unsafe { opened(monitor).map_or_else(|code| code, |(head, kind)| (kind.tick)(head, [r, y, u], report)) }
+    match unsafe { opened(monitor) } {
+        // SAFETY: as above.
+        Ok((head, kind)) => unsafe { (kind.tick)(head, r, y, u, report) },
+        Err(code) => code,
+    }
 }
 
 /// The same in converter counts, for the i32 kinds.
@@ -265,8 +271,10 @@ pub unsafe extern "C" fn drift_tick_i32(
         return code;
     }
     // SAFETY: the caller's promise.
-    unsafe {
-        opened(monitor).map_or_else(|code| code, |(head, kind)| (kind.tick_counts)(head, [r, y, u], report))
+    match unsafe { opened(monitor) } {
+        // SAFETY: as above.
+        Ok((head, kind)) => unsafe { (kind.tick_counts)(head, r, y, u, report) },
+        Err(code) => code,
     }
 }
 

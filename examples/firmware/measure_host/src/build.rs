@@ -62,7 +62,12 @@ pub fn library_everywhere() -> Result<()> {
 /// The programs that run in QEMU.
 pub fn programs(target: &Target) -> Result<()> {
     let packages = ["build", "--quiet", "--release", "-p", "pi_loop", "-p", "replay", "-p", "probe"];
-    cargo(&[&packages[..], &["--target", target.triple]].concat())
+    cargo(&[&packages[..], &["--target", target.triple]].concat())?;
+    let archives = crate::c_interface::monitors(target)?;
+    run(Command::new("cargo")
+        .args(["build", "--quiet", "--release", "-p", "probe_c", "--target", target.triple])
+        .env("DRIFT_C_FOLDER", archives))
+    .map(drop)
 }
 
 /// The probes with the checks on that a release leaves out: freedom from panics must not rest on them being off.

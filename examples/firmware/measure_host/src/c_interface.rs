@@ -125,6 +125,20 @@ fn archive(triple: &str) -> Result<PathBuf> {
     Ok(archive)
 }
 
+/// The folder with the archive and with the monitors of the cost table, compiled from C.
+pub fn monitors(target: &Target) -> Result<PathBuf> {
+    let folder = archive(target.triple)?.parent().context("a folder")?.to_path_buf();
+    let (object, library) = (folder.join("monitors.o"), folder.join("libmonitors.a"));
+    run(Command::new("arm-none-eabi-gcc")
+        .args(target.gcc)
+        .args(WARNINGS)
+        .args(["-Os", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections"])
+        .args(["-I", &format!("{CRATE}/include"), "-c", "c/monitors.c", "-o"])
+        .arg(&object))?;
+    run(Command::new("arm-none-eabi-ar").arg("rcs").arg(&library).arg(&object))?;
+    Ok(folder)
+}
+
 /// Only our names are in it, and no panic.
 fn check_symbols(archive: &Path) -> Result<()> {
     let symbols = run(Command::new("arm-none-eabi-nm").arg("-g").arg(archive))?;

@@ -40,6 +40,14 @@ pub const PROBES: [(&str, &str, &str); 7] = [
     ("all_i32", "none_i32", "all i32, 3 channels, 4 detectors, 4 blocks"),
 ];
 
+/// The same of the C interface.
+const C_PROBES: [(&str, &str, &str); 4] = [
+    ("c_small", "none_f32", "C: drift_small, CUSUM, known baseline"),
+    ("c_pair", "none_f32", "C: drift_pair, CUSUM, curve, 16 blocks"),
+    ("c_full", "none_f32", "C: drift_full, 3 channels, 4 detectors, 8 blocks"),
+    ("c_pair_i32", "none_i32", "C: drift_pair_i32, CUSUM, curve, 8 blocks"),
+];
+
 impl Row {
     /// The worst tick that there is.
     fn tick_max(&self) -> u64 {
@@ -74,7 +82,7 @@ fn parse(printed: &[u8]) -> Result<BTreeMap<String, Vec<f64>>> {
 /// All probes of one target.
 pub fn rows(target: &Target) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    for (program, empty, config) in PROBES {
+    for (program, empty, config) in PROBES.into_iter().chain(C_PROBES) {
         let path = image(target, program);
         let lines = parse(&emulate(target, &path)?)?;
         let row = row(target, program, empty, config, &lines).with_context(|| path.display().to_string())?;

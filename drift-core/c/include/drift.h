@@ -119,6 +119,11 @@
 #define DRIFT_NO_SCATTER (-19)
 
 /*
+ The operating point stands still while it is learnt, or goes with the channel's x alone.
+ */
+#define DRIFT_POINT_STANDS_STILL (-20)
+
+/*
  The version, as the crate's.
  */
 #define DRIFT_VERSION_MAJOR 0
@@ -276,7 +281,7 @@
 /*
  64-bit words of a commissioning.
  */
-#define DRIFT_COMMISSIONING_WORDS 12
+#define DRIFT_COMMISSIONING_WORDS 23
 
 /*
  Channels of the largest kind.
@@ -933,7 +938,8 @@ drift_code_t drift_commissioning_learn(struct drift_commissioning_t *learning,
 
 /*
  Writes the baselines of the first channels channels into the configuration, which a monitor can then be started
- with; DRIFT_TOO_FEW_WINDOWS or DRIFT_NO_SCATTER, and nothing written, where they can't be had.
+ with, and, where the reports came with an operating point, what it adds to the channels that can depend on it;
+ DRIFT_TOO_FEW_WINDOWS, DRIFT_NO_SCATTER or DRIFT_POINT_STANDS_STILL, and nothing written, where they can't be had.
 
  # Safety
  As for drift_commissioning_learn.

@@ -5,8 +5,7 @@
 //! The order of the memory is chosen by validation: each fifth of the windows is predicted from the relation that the other
 //! four show, and an order must pay by [`LEAST_GAIN`] over the one below it. It is not asked for where windows overlap,
 //! whose residuals are correlated by construction, or where there are fewer than [`WINDOWS_PER_COEFFICIENT`] windows for
-//! each coefficient; and not taken if a lasting shift is then fewer standard deviations of the residual's mean over many windows than
-//! without: a residual that is correlated from window to window needs higher thresholds than a white one of the same size.
+//! each coefficient; and not taken if a lasting shift is then fewer of the residual's standard deviations than without.
 //!
 //! The value's own coefficients sum up to [`Memory::MOST_OWN`] at most, so that a fifth of a lasting shift stays visible
 //! at least; where least squares asks for more, the sum is held there.
@@ -14,7 +13,6 @@
 use drift_core::Memory;
 use nalgebra::{DMatrix, DVector};
 
-use super::autocorrelation::{autocovariances, integrated_time};
 use super::windows::Windows;
 
 /// An order is taken if the mean squared error of prediction falls by this part at least: below, it is noise.
@@ -26,8 +24,6 @@ const LEAST_GAIN: f64 = 0.01;
 pub const WINDOWS_PER_COEFFICIENT: usize = 25;
 /// Parts of the validation.
 const FOLDS: usize = 5;
-/// Most lags of the errors' autocorrelation.
-const LAGS: usize = 30;
 
 /// What the relation of a channel is made of besides its line.
 #[derive(Debug, Clone, Copy)]
@@ -107,44 +103,17 @@ impl Rows {
         Some(others.push(rest))
     }
 
-    /// Errors of prediction, each fifth from the other four.
-    fn validated(&self) -> Option<Validated> {
+    /// Mean squared error of prediction, each fifth from the other four.
+    fn validated(&self) -> Option<f64> {
         let n = self.value.len();
         let fold = |row: usize| row * FOLDS / n;
-        let mut errors = vec![0.0; n];
+        let mut sum = 0.0;
         for left_out in 0..FOLDS {
             let coefficients = self.solve(|row| fold(row) != left_out)?;
-            let of_all = &self.value - &self.regressors * coefficients;
-            for row in (0..n).filter(|&row| fold(row) == left_out) {
-                errors[row] = of_all[row];
-            }
+            let errors = &self.value - &self.regressors * coefficients;
+            sum += (0..n).filter(|&row| fold(row) == left_out).map(|row| errors[row].powi(2)).sum::<f64>();
         }
-        Some(Validated { errors })
-    }
-}
-
-/// Errors of prediction, window by window.
-struct Validated {
-    errors: Vec<f64>,
-}
-
-impl Validated {
-    fn mean_square(&self) -> f64 {
-        self.errors.iter().map(|e| e * e).sum::<f64>() / self.errors.len() as f64
-    }
-
-    /// The variance of their mean over many windows, times the number of windows: larger than that of a single one where neighbours
-    /// are alike. `order` windows of each stretch have no error.
-    fn lasting_variance(&self, windows: &Windows, order: usize) -> f64 {
-        let mut rest = self.errors.as_slice();
-        let mut stretches = Vec::new();
-        for stretch in &windows.stretches {
-            let (one, others) = rest.split_at(stretch.len().saturating_sub(order).min(rest.len()));
-            stretches.push(one);
-            rest = others;
-        }
-        let most = LAGS.min(self.errors.len() / 4);
-        self.mean_square() * integrated_time(&autocovariances(&stretches, most)).max(1.0)
+        Some(sum / n as f64)
     }
 }
 
@@ -200,9 +169,7 @@ pub(super) fn choose(
     };
     let mut best = (0, f64::INFINITY);
     for order in (0..=most).filter(|&order| enough(order)) {
-        let Some(error) = Rows::of(windows, shape(order)).validated().map(|v| v.mean_square()) else {
-            continue;
-        };
+        let Some(error) = Rows::of(windows, shape(order)).validated() else { continue };
         if asked == Some(order as u8) || error < (1.0 - LEAST_GAIN) * best.1 {
             best = (order, error);
         }
@@ -211,10 +178,8 @@ pub(super) fn choose(
     if best.0 == 0 || asked.is_some() {
         return chosen;
     }
-    let shows = |order: usize, visible: f64| {
-        let validated = Rows::of(windows, shape(order)).validated()?;
-        Some(visible / validated.lasting_variance(windows, order).sqrt())
-    };
+    let shows =
+        |order: usize, visible: f64| Some(visible / Rows::of(windows, shape(order)).validated()?.sqrt());
     // What is predicted better but hides more of a lasting shift than it gains is no gain.
     let gains = shows(best.0, f64::from(chosen.memory.visible())) > shows(0, 1.0);
     if gains { chosen } else { without() }

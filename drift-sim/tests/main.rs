@@ -19,6 +19,7 @@ mod fleet_command;
 mod hostile_recordings;
 mod init;
 mod init_real;
+mod limit_cycles;
 mod look_command;
 mod monitor;
 mod monitor_command;

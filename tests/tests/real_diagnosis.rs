@@ -11,7 +11,7 @@ use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, diagnose_since, prove, valve};
 use drift_sim::likelihood_search::options::Options;
-use drift_sim::physics::Term;
+use drift_sim::physics::{Family, Term};
 use drift_sim::recording::{ReadOptions, Recording};
 
 fn folder(name: &str) -> Option<PathBuf> {
@@ -398,6 +398,34 @@ fn loads_and_biases_of_a_temperature_lab() {
         let named: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
         println!("| tclab sp_{run} (healthy) | {} {named:?} |", found.verdict.name());
     }
+}
+
+/// Seven loops of a benchmark of the process industries, PV and OP alone, nothing known; its labels: a valve that sticks in chem01, chem10, chem23, chem29 and
+/// pap02, a faulty sensor in chem13, a dead time in pap04. What one sees on the plot of chem10 and chem23 (a triangle and a square) is named.
+#[test]
+#[ignore = "slow: two minutes of real recordings"]
+fn sticking_valves_of_an_industrial_benchmark() {
+    let Some(folder) = folder("isdb") else { return };
+    head();
+    let mut sticking = Vec::new();
+    for name in ["chem01", "chem10", "chem13", "chem23", "chem29", "pap02", "pap04"] {
+        let recording =
+            Recording::read(&folder.join(format!("{name}.csv")), &ReadOptions::default()).unwrap();
+        let model = drift_sim::init::with_law_alone(&recording).unwrap();
+        let signals = Signals::new(&recording, &model).unwrap();
+        let found = judged(name, &signals, None, &model);
+        let Some(first) = found.as_ref().and_then(|found| found.physics.first()) else { continue };
+        assert_eq!(
+            first.term.kind.family,
+            Some(Family::Play),
+            "{name}: {:?}",
+            found.map(|found| found.physics)
+        );
+        sticking.push(name);
+    }
+    println!("play or sticking named on {sticking:?}");
+    assert!(sticking.contains(&"chem10") && sticking.contains(&"chem23"), "{sticking:?}");
+    assert!(!sticking.contains(&"chem13") && !sticking.contains(&"pap04"), "{sticking:?}");
 }
 
 /// Twelve loops of a refinery, SP, PV and OP alone. What sticks was judged by the plant; a flow valve needs about 2 % of u

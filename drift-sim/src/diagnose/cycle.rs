@@ -52,7 +52,7 @@ fn longest_rest(r: &[f64], least: f64) -> (usize, usize) {
 }
 
 /// Where y rises through its mean, having been below it by the band.
-fn rises(y: &[f64], band: f64) -> Vec<usize> {
+pub fn rises(y: &[f64], band: f64) -> Vec<usize> {
     let mean = y.iter().sum::<f64>() / y.len().max(1) as f64;
     let mut below = false;
     let mut found = Vec::new();

@@ -243,15 +243,20 @@ impl Diagnosis {
         u(fits.before).zip(u(fits.after)).is_some_and(|(before, after)| after <= before)
     }
 
-    /// Whether recordings are likelier under what was named than under another diagnosis's nominal loop, the numbers of both refitted; true where
+    /// Whether something is named that makes the simulation worse.
+    fn names_worse(&self) -> bool {
+        !self.physics.is_empty() && self.is_worse()
+    }
+
+    /// Whether recordings are likelier under what was named than under another loop, the numbers of both refitted; true where
     /// nothing is named that a likelihood of y has in it.
-    fn is_likelier(&self, other: &Self, recordings: &[Signals], options: &Options) -> bool {
+    fn is_likelier(&self, other: &Loop, recordings: &[Signals], options: &Options) -> bool {
         let has_named = self.physics.iter().any(|named| likelihood_search::is_searched(named.term.kind));
         let of = |model: &Loop| {
             let likelihood = loop_likelihood(model, recordings, true, options);
             likelihood.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
         };
-        !has_named || of(&self.improved) >= of(&other.refitted)
+        !has_named || of(&self.improved) >= of(other)
     }
 
     /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of.
@@ -306,8 +311,22 @@ fn diagnose_with(
     by_prediction_error: impl FnOnce(&Signals) -> Result<Diagnosis>,
 ) -> Result<Diagnosis> {
     let first = recordings.first().ok_or_else(|| Error::new("there is no recording to diagnose"))?;
+    let all = || recordings.iter().chain(holdout).cloned().collect::<Vec<Signals>>();
     let found = match likelihood_search::diagnose(recordings, holdout, nominal, healthy, options) {
         Judged::Stands(found) => *found,
+        Judged::Colored(found) if options.guarantee.is_some() => return Ok(*found),
+        Judged::Colored(found) => {
+            let is_open = nominal.controller == Controller::Recorded;
+            let other = by_prediction_error(first).ok().filter(|other| !other.physics.is_empty());
+            let other = other.filter(|other| {
+                if is_open {
+                    other.is_likelier(&found.improved, &all(), options)
+                } else {
+                    other.error_pct() < CLOSER * found.error_pct()
+                }
+            });
+            return Ok(other.unwrap_or(*found));
+        }
         // The older search guarantees nothing.
         Judged::Doubted(undecided) if options.guarantee.is_some() => return Ok(*undecided),
         // No recording that can be read ends in an error, and none that is doubted is healthy.
@@ -316,8 +335,10 @@ fn diagnose_with(
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
             // Where no loop is closed, a likelihood is all there is.
             let is_open = nominal.controller == Controller::Recorded;
-            let all = || recordings.iter().chain(holdout).cloned().collect::<Vec<Signals>>();
-            let other = other.filter(|found| !is_open || found.is_likelier(&undecided, &all(), options));
+            let other =
+                other.filter(|found| !is_open || found.is_likelier(&undecided.refitted, &all(), options));
+            // On a guessed plant a simulation that what was named makes worse is no evidence.
+            let other = other.filter(|found| !(nominal.plant == Plant::Identify && found.names_worse()));
             // What an experiment would have to tell apart has numbers in the likelihood alone.
             return Ok(match other {
                 Some(found) if found.physics.is_empty() => Diagnosis { causes: undecided.causes, ..found },

@@ -12,6 +12,7 @@ use crate::controller::Controller;
 use crate::physics::Motion;
 use crate::simulate::{Simulation, Start};
 
+use super::coloring::Coloring;
 use super::gains::{Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
@@ -31,6 +32,8 @@ pub struct Data {
     given: Vec<usize>,
     /// From which of them on they are healthy: what is looked for is not in those.
     pub healthy_from: usize,
+    /// What is left of correlation in their innovations.
+    coloring: Coloring,
     /// Motions in them.
     pub motions: Vec<Motion>,
     /// Deviations to which y and its first differences are known at the start.
@@ -62,7 +65,16 @@ impl Data {
         }
         let motions = super::measure::motions(&hypothesis.model, &recordings);
         let given = vec![0; recordings.len()];
-        Self { healthy_from: recordings.len(), recordings, given, fitted, motions, start_deviations }
+        let coloring = Coloring::default();
+        Self {
+            healthy_from: recordings.len(),
+            recordings,
+            given,
+            fitted,
+            coloring,
+            motions,
+            start_deviations,
+        }
     }
 
     /// The same recordings with another share that counts.
@@ -87,6 +99,17 @@ impl Data {
     #[must_use]
     pub fn with_healthy(self, from: usize) -> Self {
         Self { healthy_from: from, ..self }
+    }
+
+    /// The same recordings under noise of this coloring besides.
+    #[must_use]
+    pub fn colored(self, coloring: Coloring) -> Self {
+        Self { coloring, ..self }
+    }
+
+    /// What is left of correlation in their innovations.
+    pub fn coloring(&self) -> &Coloring {
+        &self.coloring
     }
 
     /// Whether healthy recordings are among them.
@@ -217,7 +240,9 @@ pub fn runs(
             unit: hypothesis.scales.noise,
             constant_load: realised.constant_load,
         };
-        filter.run(signals, &start(realised, signals), given..fitted, in_detail)
+        let mut run = filter.run(signals, &start(realised, signals), given..fitted, in_detail)?;
+        data.coloring.whiten(&mut run.scaled);
+        Some(run)
     };
     let each = data.recordings.iter().zip(&data.fitted).enumerate().filter(|(_, (_, fitted))| **fitted > 0);
     each.map(|(i, (signals, fitted))| run(i, signals, *fitted)).collect()

@@ -6,8 +6,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::control_loop::Loop;
+use crate::estimate::inner_product::dot;
 use crate::estimate::signals::{Signals, held};
-use crate::physics::{KINDS, Kind, Place, Scales, Term};
+use crate::physics::{KINDS, Kind, Place, Scales, Starts, Term};
 use crate::simulate::actuated;
 
 use super::climb::{Steps, climb};
@@ -15,12 +16,16 @@ use super::climb::{Steps, climb};
 /// Samples of all recordings that are enough to tell actuators apart.
 const ENOUGH: usize = 8_000;
 /// Past values of y and of what leaves the actuator in the regression.
-const PAST_Y: usize = 3;
+const PAST_Y: usize = 8;
 const PAST_U: usize = 12;
-/// Sample times of the regression, in the recording's: a search in coarse ones finds where to begin in its own.
-const EVERY: [usize; 2] = [4, 1];
+const MOST_PAST: usize = if PAST_U > PAST_Y { PAST_U } else { PAST_Y };
+/// Samples of a recording, made coarser, in which a search finds where to begin in its own.
+const COARSE: usize = 2_000;
 /// Points that a search goes on from, its steps from each, and their reach.
-const SEARCHED: usize = 8;
+const SEARCHED: usize = 12;
+const GO_ON: usize = 4;
+/// Part of the largest number by which two points are unlike.
+const UNLIKE: f64 = 0.05;
 const STEPS: usize = 60;
 const REACH: f64 = 0.15;
 /// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
@@ -40,8 +45,9 @@ pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<T
         .filter(|kind| kind.place == Place::Actuator && kind.search.points(scales).is_some())
         .collect();
     let bare = Loop { physics: Vec::new(), ..model.clone() };
+    let longest = recordings.iter().map(Signals::len).max().unwrap_or(0);
     let judges: Option<Vec<Judge>> =
-        EVERY.iter().map(|every| Judge::new(&bare, &recordings, *every)).collect();
+        [longest.div_ceil(COARSE), 1].iter().map(|every| Judge::new(&bare, &recordings, *every)).collect();
     let Some(judges) = judges else { return Vec::new() };
     let mut found: Vec<Actuated> =
         kinds.into_par_iter().filter_map(|kind| best_of(kind, scales, &judges)).collect();
@@ -50,24 +56,42 @@ pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<T
     found.into_iter().take(KEPT).map(|actuated| actuated.term).collect()
 }
 
+/// The points of a kind that are tried; many more than by simulation where its likelihood is a narrow peak.
+fn points(kind: &Kind, scales: &Scales) -> Option<Vec<Vec<f64>>> {
+    if let Starts::Peak { dense, .. } = kind.search {
+        return Some(dense(scales));
+    }
+    Some(kind.search.points(scales)?.into_iter().map(|start| start.parameters).collect())
+}
+
 /// The best of a kind: from its own grid on, by each judge in turn.
 fn best_of(kind: &'static Kind, scales: &Scales, judges: &[Judge]) -> Option<Actuated> {
-    let points = kind.search.points(scales)?;
-    let mut starts: Vec<Vec<f64>> = points.into_iter().map(|start| start.parameters).collect();
+    let mut starts = points(kind, scales)?;
     let mut best = None;
     for judge in judges {
         let mut judged: Vec<Actuated> =
             starts.into_par_iter().filter_map(|parameters| judge.judged(kind, parameters)).collect();
-        judged.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        judged.truncate(SEARCHED);
         judged.retain(|actuated| actuated.gain > WORTH);
+        let judged = apart(judged, SEARCHED);
         let mut ended: Vec<Actuated> =
             judged.into_par_iter().enumerate().map(|(i, from)| judge.search(from, i as u64)).collect();
-        ended.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        starts = ended.iter().take(2).map(|actuated| actuated.term.parameters.clone()).collect();
+        ended = apart(ended, GO_ON);
+        starts = ended.iter().map(|actuated| actuated.term.parameters.clone()).collect();
         best = ended.into_iter().next();
     }
     best
+}
+
+/// The best ones of unlike numbers.
+fn apart(mut all: Vec<Actuated>, most: usize) -> Vec<Actuated> {
+    all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let mut kept: Vec<Actuated> = Vec::new();
+    for actuated in all {
+        if kept.len() < most && !kept.iter().any(|other| other.is_like(&actuated)) {
+            kept.push(actuated);
+        }
+    }
+    kept
 }
 
 /// An actuator that foretells y.
@@ -75,6 +99,14 @@ struct Actuated {
     term: Term,
     /// Log-likelihood that it gains in the regression.
     gain: f64,
+}
+
+impl Actuated {
+    fn is_like(&self, other: &Self) -> bool {
+        let (a, b) = (&self.term.parameters, &other.term.parameters);
+        let largest = a.iter().chain(b).fold(0.0, |most: f64, x| most.max(x.abs()));
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < UNLIKE * largest)
+    }
 }
 
 /// What actuators are judged by.
@@ -114,17 +146,22 @@ impl Judge {
 
 /// The regression of a recording's y on its past and on the past of what drives the plant.
 struct Regression {
+    /// y less its mean.
     y: Vec<f64>,
     u: Vec<f64>,
     every: usize,
+    /// Products of y with its own past.
+    of_y: Products,
     /// Mean square of what u itself does not foretell.
     without: f64,
 }
 
 impl Regression {
     fn new(recording: &Signals, every: usize) -> Option<Self> {
-        let y = held(&recording.y).into_iter().step_by(every).collect();
-        let mut regression = Self { y, u: recording.u.clone(), every, without: f64::NAN };
+        let y: Vec<f64> = held(&recording.y).into_iter().step_by(every).collect();
+        let y = less_mean(y);
+        let of_y = Products::of(&y, &y, PAST_Y + 1, PAST_Y + 1)?;
+        let mut regression = Self { y, u: recording.u.clone(), every, of_y, without: f64::NAN };
         regression.without = regression.error(&recording.u)?;
         Some(regression)
     }
@@ -137,37 +174,82 @@ impl Regression {
     /// Mean square of what it does not foretell.
     fn error(&self, driving: &[f64]) -> Option<f64> {
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-        let driving: Vec<f64> = driving.chunks(self.every).map(mean).collect();
-        let n = PAST_Y + PAST_U + 1;
-        let first = PAST_Y.max(PAST_U);
-        let (mut products, mut with_y) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-        let (mut square, mut count) = (0.0, 0.0);
-        let (y0, u0) = (*self.y.first()?, *driving.first()?);
-        let mut row = vec![0.0; n];
-        for k in first..self.y.len() {
-            for (past, x) in row.iter_mut().enumerate() {
-                *x = match past {
-                    p if p < PAST_Y => self.y[k - 1 - p] - y0,
-                    p if p < PAST_Y + PAST_U => driving[k - 1 - (p - PAST_Y)] - u0,
-                    _ => 1.0,
-                };
-            }
-            let y = self.y[k] - y0;
-            square += y * y;
-            count += 1.0;
-            for (i, a) in row.iter().enumerate() {
-                with_y[i] += a * y;
-                for (j, b) in row.iter().enumerate().take(i + 1) {
-                    products[(i, j)] += a * b;
-                }
-            }
-        }
-        products.fill_upper_triangle_with_lower_triangle();
+        let driving = less_mean(driving.chunks(self.every).map(mean).collect());
+        let of_both = Products::of(&self.y, &driving, PAST_Y + 1, PAST_U + 1)?;
+        let of_driving = Products::of(&driving, &driving, PAST_U + 1, PAST_U + 1)?;
+        let n = PAST_Y + PAST_U;
+        // What is foretold comes first, then the past of y and the past of what drives.
+        let product = |a: usize, b: usize| match (a.min(b), a.max(b)) {
+            (a, b) if b <= PAST_Y => self.of_y.at(a, b),
+            (a, b) if a <= PAST_Y => of_both.at(a, b - PAST_Y),
+            (a, b) => of_driving.at(a - PAST_Y, b - PAST_Y),
+        };
+        let mut products = DMatrix::from_fn(n, n, |i, j| product(i + 1, j + 1));
+        let with_y = DVector::from_fn(n, |i, _| product(0, i + 1));
         // A past that does not move at all adds nothing.
         let regular = 1e-12 * products.diagonal().amax();
         (0..n).for_each(|i| products[(i, i)] += regular);
         let solved = products.cholesky()?.solve(&with_y);
-        let error = (square - solved.dot(&with_y)) / count;
+        let error = (self.of_y.at(0, 0) - solved.dot(&with_y)) / self.of_y.rows as f64;
         (error > 0.0).then_some(error)
+    }
+}
+
+fn less_mean(mut x: Vec<f64>) -> Vec<f64> {
+    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+    x.iter_mut().for_each(|x| *x -= mean);
+    x
+}
+
+/// Sums over k of a[k - i] b[k - j]: each follows from the one before it on its diagonal by what enters and what leaves.
+struct Products {
+    of: DMatrix<f64>,
+    /// How many k there are.
+    rows: usize,
+}
+
+impl Products {
+    /// Over all k with a whole past, of lags below these; `None` where there are too few of them.
+    fn of(a: &[f64], b: &[f64], lags_a: usize, lags_b: usize) -> Option<Self> {
+        let n = a.len().min(b.len());
+        let rows = n.checked_sub(MOST_PAST).filter(|rows| *rows > PAST_Y + PAST_U)?;
+        let at = |x: &[f64], k: usize| x.get(k).copied().unwrap_or(0.0);
+        let direct = |i: usize, j: usize| {
+            dot(a.get(MOST_PAST - i..n - i).unwrap_or(&[]), b.get(MOST_PAST - j..n - j).unwrap_or(&[]))
+        };
+        let mut of = DMatrix::zeros(lags_a, lags_b);
+        for i in 0..lags_a {
+            for j in 0..lags_b {
+                of[(i, j)] = if i == 0 || j == 0 {
+                    direct(i, j)
+                } else {
+                    of[(i - 1, j - 1)] + at(a, MOST_PAST - i) * at(b, MOST_PAST - j)
+                        - at(a, n - i) * at(b, n - j)
+                };
+            }
+        }
+        Some(Self { of, rows })
+    }
+
+    fn at(&self, i: usize, j: usize) -> f64 {
+        self.of[(i, j)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_that_follow_from_others_are_the_direct_sums() {
+        let wave = |per: f64| (0..90).map(|k| libm::sin(per * f64::from(k * k))).collect::<Vec<f64>>();
+        let (a, b) = (wave(0.013), wave(0.02));
+        let products = Products::of(&a, &b, 5, 7).unwrap();
+        for i in 0..5 {
+            for j in 0..7 {
+                let direct: f64 = (MOST_PAST..90).map(|k| a[k - i] * b[k - j]).sum();
+                assert!((products.at(i, j) - direct).abs() < 1e-12, "{i}, {j}");
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The decision: which kinds explain the recordings, and whether one of them, or one family, is left alone.
 
+use crate::estimate::coloring::own_gain;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
@@ -42,8 +43,11 @@ pub struct Decision {
     pub named: Option<(usize, Vec<&'static str>)>,
 }
 
-/// Judges a field; `least` is what the best kind must gain at least, beside what the options ask for.
-pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
+/// Judges a field; `least` is what the best kind must gain at least, beside what the options ask for; `is_colored` says that innovations were whitened.
+pub fn decide(field: &Field, options: &Options, least: f64, is_colored: bool) -> Decision {
+    // Under a coloring that was found beside one kind another one may gain by a coloring of its own.
+    let own = |fit: &Fit| if is_colored { own_gain(&fit.rows.z) } else { 0.0 };
+    let of_base = own(&field.base);
     let share = field.rivals.first().map_or(1.0, |best| independent_share(&best.fit));
     let samples = field.base.rows.count as f64 * share;
     let mut scored: Vec<Scored> = field
@@ -51,7 +55,7 @@ pub fn decide(field: &Field, options: &Options, least: f64) -> Decision {
         .iter()
         .enumerate()
         .map(|(place, rival)| {
-            let gain = share * field.gain(rival);
+            let gain = share * (field.gain(rival) + own(&rival.fit) - of_base);
             let last = rival.fit.hypothesis.candidates().len() - 1;
             Scored {
                 place,

@@ -17,6 +17,7 @@ mod identified;
 mod interval;
 mod lattice;
 mod law;
+mod limit_cycle;
 mod locate;
 pub mod loop_likelihood;
 mod missing_drive;
@@ -34,6 +35,8 @@ mod unseen;
 
 use crate::control_loop::Loop;
 use crate::diagnose::Diagnosis;
+use crate::estimate::coloring::Coloring;
+use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
@@ -47,7 +50,7 @@ use options::Options;
 use plants::{Candidate, Identified};
 pub use rivals::is_searched;
 use rivals::{Field, Round, Sketch};
-use search::Search;
+use search::{Found, Search};
 use simulates::Trial;
 use unseen::Unseen;
 
@@ -55,6 +58,8 @@ use unseen::Unseen;
 pub enum Judged {
     /// The diagnosis.
     Stands(Box<Diagnosis>),
+    /// The diagnosis, under noise that is of another kind than the random load and the sensor's that are reckoned with.
+    Colored(Box<Diagnosis>),
     /// What is left is no noise of the kind that is reckoned with, or what was found does not simulate what it has not seen: undecided.
     Doubted(Box<Diagnosis>),
     /// The loop can't be simulated beside the recording, or its law is another one.
@@ -70,10 +75,18 @@ pub fn diagnose(
     options: &Options,
 ) -> Judged {
     match concluded(recordings, holdout, nominal, healthy, options) {
-        Some((found, true)) => Judged::Stands(Box::new(found)),
-        Some((found, false)) => Judged::Doubted(Box::new(found.undecided())),
+        Some((found, Standing::Stands)) => Judged::Stands(Box::new(found)),
+        Some((found, Standing::Colored)) => Judged::Colored(Box::new(found)),
+        Some((found, Standing::Doubted)) => Judged::Doubted(Box::new(found.undecided())),
         None => Judged::Nothing,
     }
+}
+
+/// Whether a diagnosis stands.
+enum Standing {
+    Stands,
+    Colored,
+    Doubted,
 }
 
 /// The diagnosis, and whether it stands.
@@ -83,7 +96,7 @@ fn concluded(
     nominal: &Loop,
     healthy: &[Signals],
     options: &Options,
-) -> Option<(Diagnosis, bool)> {
+) -> Option<(Diagnosis, Standing)> {
     let parts = Parts::new(recordings, holdout, options)?;
     stage::begins("the control law", 0);
     let law = law::examine(nominal, &parts.recordings);
@@ -109,9 +122,14 @@ fn concluded(
             let (found, first) = likeliest_with_physics(plants, options)?;
             let search = Search { data: &found.data, options, is_plant_open };
             let result = search.run(search.with_own_lags(first));
-            (found, result)
+            if result.is_noise {
+                (found, result)
+            } else {
+                under_coloring(found, result, is_plant_open, options)
+            }
         }
     };
+    let coloring = found.data.coloring().clone();
     let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
     let is_noise = result.is_noise && !is_coarse;
     stage::begins("intervals and proof", 0);
@@ -131,10 +149,67 @@ fn concluded(
     let concluded = conclusion.diagnosis();
     let shown = unseen.as_ref().map_or(&train, Unseen::first);
     let has_healthy = !healthy.is_empty();
-    let trial = Trial { found: &concluded, fit: &fit, shown, is_guessed, has_healthy, predicted };
+    let trial = Trial {
+        found: &concluded,
+        fit: &fit,
+        shown,
+        seen: &train,
+        is_guessed,
+        has_healthy,
+        coloring: &coloring,
+        predicted,
+    };
     let is_nothing = !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
-    let stands = is_noise && !is_nothing && trial.passes();
-    Some((concluded, stands))
+    let standing = match is_noise && !is_nothing && trial.passes() {
+        true if coloring.is_some() => Standing::Colored,
+        true => Standing::Stands,
+        false => Standing::Doubted,
+    };
+    Some((concluded, standing))
+}
+
+/// Steps of the fits that go on under another noise.
+const RECOLORED: usize = 10;
+
+/// The search once more where it left no noise of the kind that is reckoned with: under noise colored as what the likeliest of its fits left. Where
+/// nothing is named then, or what is left is no noise either, nothing was gained.
+fn under_coloring(
+    found: Identified,
+    ended: Found,
+    is_plant_open: bool,
+    options: &Options,
+) -> (Identified, Found) {
+    match recolored(&found, &ended, is_plant_open, options) {
+        Some((found, result)) if result.is_noise && !result.named.is_empty() => (found, result),
+        _ => (found, ended),
+    }
+}
+
+fn recolored(
+    found: &Identified,
+    ended: &Found,
+    is_plant_open: bool,
+    options: &Options,
+) -> Option<(Identified, Found)> {
+    stage::begins("the search under colored noise", 0);
+    let first = ended.contenders.first().map(|contender| &contender.fit);
+    let left = ended.best.as_ref().or(first).unwrap_or(&ended.base);
+    let data = found.data.clone().colored(Coloring::of(&left.rows.z));
+    let again = |fit: &Fit| {
+        let mut again = Fit::at(&fit.hypothesis, &fit.point, &data)?;
+        again.descend(&data, RECOLORED, &rivals::stuck(&fit.hypothesis));
+        Some(again)
+    };
+    let nominal = again(&ended.base)?;
+    let mut sketch = Sketch::of(&nominal, &data, Round::First)?;
+    for contender in &ended.contenders {
+        if let Some((kind, fit)) = rivals::last_kind(&contender.fit).zip(again(&contender.fit)) {
+            sketch.offer(kind, fit);
+        }
+    }
+    let field = sketch.finished(&nominal, &data);
+    let result = Search { data: &data, options, is_plant_open }.run(field);
+    Some((Identified { nominal, data, is_guessed: found.is_guessed }, result))
 }
 
 /// The plant that is likeliest together with one term beside it, or with none, and that field.

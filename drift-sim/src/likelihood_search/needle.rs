@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
-use crate::physics::{Kind, Start, Starts};
+use crate::physics::{Kind, Range, Start, Starts};
 
 use super::climb::{Steps, climb};
-use super::rivals::stuck;
+use super::rivals::{last_kind, stuck};
 use super::starts::{Look, needles};
 
 /// At points all about a fit, and at those of its very top.
@@ -32,9 +32,9 @@ const LOOKED_AT: usize = 600;
 const TOP_REACH: f64 = 0.006;
 const LEAST: f64 = 1e-3;
 const SLIDES: usize = 2;
-/// Points that are drawn about a top, and how far their objective may be above it.
+/// Points that are drawn about a top, and how far: by as much of the band as real valves slip early or late.
 const DRAWN: usize = 80;
-const AS_LIKELY: f64 = 6.0;
+const SCATTER: f64 = 0.03;
 
 /// The fit at the peak that a fit beside it leads to.
 pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
@@ -66,8 +66,7 @@ pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
 
 /// The points all about a fit of which its kind's peak may be one.
 fn all_about(fit: &Fit) -> Vec<Vec<f64>> {
-    let search = fit.hypothesis.candidates().last().map(|term| term.kind.search);
-    match (search, parameters(fit)) {
+    match (last_kind(fit).map(|kind| kind.search), parameters(fit)) {
         (Some(Starts::Peak { fine, .. }), Some(parameters)) => fine(&parameters),
         _ => Vec::new(),
     }
@@ -79,7 +78,8 @@ pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
         return Vec::new();
     }
     let Some(top) = parameters(fit) else { return Vec::new() };
-    let points = drawn(&top, LOOKED_AT, |_| TOP_REACH);
+    let Some(kind) = last_kind(fit) else { return Vec::new() };
+    let points = drawn(kind, &top, LOOKED_AT, |_| TOP_REACH);
     let begins = needles(fit, data, points, AT_THE_TOP);
     let Some(tangent) = fit.tangent(data, &stuck(&fit.hypothesis)) else { return Vec::new() };
     let slid = begins.into_par_iter().filter_map(|begin| {
@@ -94,15 +94,18 @@ pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
 
 /// Points about a top, deviations of so large a part of the largest number from it: all together, and each by itself besides, for what is left between
 /// two of them may be known best.
-fn drawn(top: &[f64], count: usize, reach: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
+fn drawn(kind: &Kind, top: &[f64], count: usize, reach: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let largest = top.iter().copied().fold(0.0, f64::max);
     (0..count)
         .map(|i| {
             let all = libm::exp(2.0 * reach(i) * draw());
-            let moved = top.iter().map(|value| all * (value + reach(i) * largest * draw()));
-            moved.map(|value| value.max(LEAST * largest)).collect()
+            let moved = top.iter().zip(kind.parameters).map(|(value, parameter)| {
+                let moved = all * (value + reach(i) * largest * draw());
+                if parameter.range == Range::Any { moved } else { moved.max(LEAST * largest) }
+            });
+            moved.collect()
         })
         .collect()
 }
@@ -125,17 +128,13 @@ fn with(fit: &Fit, parameters: &[f64], data: &Data) -> Option<Fit> {
     Fit::at(&fit.hypothesis, &point, data)
 }
 
-/// Fits about the top of a needle that are as likely, and the logarithm of each one's weight among them; none of another kind. Between them a fit
-/// can't choose, and on what it has not seen they differ by whole events.
-pub fn as_likely(fit: &Fit, data: &Data) -> Vec<(f64, Fit)> {
+/// Fits about the top of a needle, near and as far as the slips of a real valve scatter; none of another kind.
+pub fn near_the_top(fit: &Fit, data: &Data) -> Vec<Fit> {
     let is_needle = !stuck(&fit.hypothesis).is_empty();
-    let Some(top) = parameters(fit).filter(|_| is_needle) else { return Vec::new() };
-    let drawn = drawn(&top, DRAWN, |i| REACH / f64::from(1 << (i % 4)));
-    let near: Vec<Fit> = drawn.par_iter().filter_map(|parameters| with(fit, parameters, data)).collect();
-    let mut fits: Vec<Fit> =
-        near.into_iter().filter(|near| near.objective() < fit.objective() + AS_LIKELY).collect();
-    fits.push(fit.clone());
-    let behind = |of: &Fit| 0.5 * (of.objective() - fit.objective());
-    let sum: f64 = fits.iter().map(|of| libm::exp(-behind(of))).sum();
-    fits.into_iter().map(|of| (-behind(&of) - libm::log(sum), of)).collect()
+    let Some((top, kind)) = parameters(fit).zip(last_kind(fit)).filter(|_| is_needle) else {
+        return Vec::new();
+    };
+    let drawn = drawn(kind, &top, DRAWN, |i| SCATTER / f64::from(1 << (i % 5)));
+    let near = drawn.par_iter().filter_map(|parameters| with(fit, parameters, data));
+    near.chain(rayon::iter::once(fit.clone())).collect()
 }

@@ -8,7 +8,7 @@ use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::{Cache, Data, runs};
 
 use super::decide::independent_share;
-use super::needle::as_likely;
+use super::needle::near_the_top;
 
 /// Log-likelihood gained on unseen samples, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,20 +45,17 @@ impl Gained {
 /// on for long from one slip of a valve or of a rusty bearing that comes a sample late.
 const LEAST_LOADS: [f64; 2] = [-5.0, -3.5];
 
+/// Part of the weight that goes to all fits about a needle's top after each sample.
+const SHARED: f64 = 0.02;
+
 /// What one fit gains over another beyond what both were fitted to; `None` where there is nothing unseen, or it can't be simulated there.
 pub fn gained(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
     let gained = run_on(better, worse, data)?;
     if gained.is_sure() {
         return Some(gained);
     }
-    // What fits that are as likely foretell together is at least what one of them does, less the logarithm of its weight.
-    let others = as_likely(better, data);
-    let of_others = others.par_iter().filter_map(|(weight, better)| {
-        let gained = run_on(better, worse, data)?;
-        Some(Gained { sum: gained.sum + weight, independent: gained.independent + weight, ..gained })
-    });
-    if let Some(best) = of_others.max_by(|a, b| a.sum.total_cmp(&b.sum)).filter(|best| best.is_sure()) {
-        return Some(best);
+    if let Some(together) = together_on(better, worse, data).filter(|together| together.is_sure()) {
+        return Some(together);
     }
     let mut again = LEAST_LOADS.iter().filter_map(|least| {
         run_on(&less_trusting(better, *least, data)?, &less_trusting(worse, *least, data)?, data)
@@ -79,25 +76,50 @@ fn less_trusting(fit: &Fit, least: f64, data: &Data) -> Option<Fit> {
 
 /// Both filters run on from the samples that they have seen.
 fn run_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
-    let whole = data.whole();
+    beyond(&densities(better, data)?, &densities(worse, data)?, independent_share(better))
+}
+
+/// What the fits about a needle's top foretell together: no valve slips at the same band each time, and the one that foretells this slip may miss the
+/// next. After each sample a part of each one's weight goes to all (Herbster & Warmuth 1998, "Tracking the best expert"): a forecast like any other, made
+/// without what it is judged by. `None` of other kinds.
+fn together_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
+    let members = near_the_top(better, data);
+    let of: Vec<Vec<f64>> = members.par_iter().filter_map(|member| densities(member, data)).collect();
+    let samples = of.iter().map(Vec::len).min()?;
+    let share = 1.0 / of.len() as f64;
+    let mut weights = vec![share; of.len()];
+    let mut together = Vec::with_capacity(samples);
+    for n in 0..samples {
+        let at = |member: &Vec<f64>| member.get(n).copied().unwrap_or(f64::NEG_INFINITY);
+        let most = of.iter().map(at).fold(f64::NEG_INFINITY, f64::max);
+        weights.iter_mut().zip(&of).for_each(|(weight, member)| *weight *= libm::exp(at(member) - most));
+        let sum = weights.iter().sum::<f64>().max(1e-300);
+        together.push(most + libm::log(sum));
+        weights.iter_mut().for_each(|weight| *weight = (1.0 - SHARED) * *weight / sum + SHARED * share);
+    }
+    beyond(&together, &densities(worse, data)?, independent_share(better))
+}
+
+/// Log densities of the unseen samples, one after the other, in units of the model's noise.
+fn densities(fit: &Fit, data: &Data) -> Option<Vec<f64>> {
     let longest = data.recordings.iter().map(Signals::len).max()?;
-    let of = |fit: &Fit| -> Option<Vec<f64>> {
-        let seen = fit.rows.sensor_sd / fit.hypothesis.scales.noise;
-        let runs = runs(&fit.hypothesis, &fit.point, &whole, &mut Cache::default(), longest, true)?;
-        let mut all = Vec::new();
-        for (run, fitted) in runs.iter().zip(&data.fitted) {
-            let unseen = run.scaled.iter().zip(&run.log_scales).skip(*fitted);
-            all.extend(unseen.map(|(e, log)| -0.5 * (e * e / (seen * seen) + log) - libm::log(seen)));
-        }
-        Some(all)
-    };
-    let differences: Vec<f64> = of(better)?.iter().zip(of(worse)?).map(|(a, b)| a - b).collect();
+    let seen = fit.rows.sensor_sd / fit.hypothesis.scales.noise;
+    let runs = runs(&fit.hypothesis, &fit.point, &data.whole(), &mut Cache::default(), longest, true)?;
+    let mut all = Vec::new();
+    for (run, fitted) in runs.iter().zip(&data.fitted) {
+        let unseen = run.scaled.iter().zip(&run.log_scales).skip(*fitted);
+        all.extend(unseen.map(|(e, log)| -0.5 * (e * e / (seen * seen) + log) - libm::log(seen)));
+    }
+    Some(all)
+}
+
+fn beyond(better: &[f64], worse: &[f64], share: f64) -> Option<Gained> {
+    let differences: Vec<f64> = better.iter().zip(worse).map(|(a, b)| a - b).collect();
     if differences.is_empty() {
         return None;
     }
-    let n = differences.len() as f64;
     let sum: f64 = differences.iter().sum();
-    let mean = sum / n;
+    let mean = sum / differences.len() as f64;
     let square: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
-    Some(Gained { sum, error: libm::sqrt(square), independent: independent_share(better) * sum })
+    Some(Gained { sum, error: libm::sqrt(square), independent: share * sum })
 }

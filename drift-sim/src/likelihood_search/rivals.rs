@@ -92,6 +92,11 @@ pub fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
     if is_peak { places } else { Vec::new() }
 }
 
+/// The kind of a fit's last candidate.
+pub fn last_kind(fit: &Fit) -> Option<&'static Kind> {
+    fit.hypothesis.candidates().last().map(|term| term.kind)
+}
+
 /// Which kinds are fitted beside a base.
 #[derive(Debug, Clone, Copy)]
 pub enum Round {

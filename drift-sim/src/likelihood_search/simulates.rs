@@ -12,12 +12,16 @@ use crate::control_loop::{Enters, Input, Loop, Sensor};
 use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, run};
 use crate::diagnose::{Diagnosis, Named, part_time};
+use crate::estimate::coloring::Coloring;
 use crate::estimate::fit::Fit;
 use crate::estimate::inner_product::dot;
 use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
-use crate::physics::{Place, Starts};
+use crate::physics::{Family, Place, Starts};
+use crate::plant::{Output, Plant};
 use crate::simulate::{self, Start, Trace};
+
+use super::limit_cycle;
 
 /// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; or the part of the error without
 /// them that the named terms may leave there, where one of them gains this much in log-likelihood and y is simulated at all.
@@ -29,6 +33,8 @@ const MOST_WORSE: f64 = 1.25;
 /// Part of the error without the named terms, beyond the noise, that they must explain where more than noise is missing. Of 128 right diagnoses of
 /// four seeds of `.ci/wide` four explain less than 0.44.
 const LEAST_EXPLAINED: f64 = 0.25;
+/// The same under colored noise, which may be taken for anything.
+const LEAST_EXPLAINED_COLORED: f64 = 0.5;
 /// Part of the drive that must be u's for the noise to excuse that a guessed plant does not follow.
 const LEAST_PREDICTED: f64 = 0.3;
 /// The same where the simulation follows nothing of y at all, as one of an integrator from u alone does.
@@ -44,10 +50,14 @@ pub struct Trial<'a> {
     pub fit: &'a Fit,
     /// What simulations are held against.
     pub shown: &'a Signals,
+    /// What the numbers of the first recording were fitted to.
+    pub seen: &'a Signals,
     /// Whether the plant came from the recordings.
     pub is_guessed: bool,
     /// Whether healthy recordings tell how noisy the sensor was before.
     pub has_healthy: bool,
+    /// What is left of correlation in its innovations.
+    pub coloring: &'a Coloring,
     /// Part of the drive's variance that is u's.
     pub predicted: f64,
 }
@@ -55,6 +65,9 @@ pub struct Trial<'a> {
 impl Trial<'_> {
     /// Whether the named terms don't make the simulation worse, and whether a guessed plant simulates at all.
     pub fn passes(&self) -> bool {
+        if self.cycles_as_measured() {
+            return true;
+        }
         let fits = self.found.unseen_fits();
         let (Some(before), Some(after)) = (fits.before, fits.after) else { return !self.is_guessed };
         let beyond_noise = LazyCell::new(|| self.beyond_noise().unwrap_or(f64::INFINITY));
@@ -64,11 +77,21 @@ impl Trial<'_> {
             && self.explains(before, after, || *beyond_noise)
     }
 
+    /// Whether play or sticking is named, and makes the cycle that was recorded.
+    fn cycles_as_measured(&self) -> bool {
+        let found = self.found;
+        let is_play = |named: &Named| named.term.kind.family == Some(Family::Play);
+        found.physics.iter().any(is_play) && limit_cycle::is_made(&found.improved, &found.refitted, self.seen)
+    }
+
     /// Whether the named terms explain what is missing, or most of that is noise: what explains little of it stands in for something else. Beside the
     /// sensor's the random load's part is noise.
     fn explains(&self, before: FitPct, after: FitPct, beyond_noise: impl Fn() -> f64) -> bool {
         let Some(floor) = self.found.noise_floor.map(error) else { return true };
         let explained = error(before) - error(after);
+        if self.coloring.is_some() {
+            return explained > LEAST_EXPLAINED_COLORED * (error(before) - floor);
+        }
         let is_enough = |noise: f64| {
             let missing = error(before) - noise;
             missing < noise || explained > LEAST_EXPLAINED * missing
@@ -80,19 +103,22 @@ impl Trial<'_> {
     }
 
     fn follows(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
+        let named = &self.found.physics;
         let is_open = self.found.nominal.controller == Controller::Recorded;
         let is_strong = |named: &Named| named.train_gain > STRONG;
-        let is_closer = error(after) < CLOSER * error(before) && self.found.physics.iter().any(is_strong);
+        let is_louder = self.has_healthy
+            && !named.is_empty()
+            && named.iter().all(|named| is_noise(named) && is_strong(named));
+        if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || is_louder {
+            return true;
+        }
+        // Noise leads what integrates anywhere; what keeps its level follows u, or nothing is named on it.
+        let is_led = named.is_empty() || !keeps_its_level(&self.found.improved.plant);
+        let is_closer = error(after) < CLOSER * error(before) && named.iter().any(is_strong);
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
-        !(self.is_guessed && is_open)
-            || self.found.physics.iter().any(is_rounding)
-            || (self.has_healthy
-                && !self.found.physics.is_empty()
-                && self.found.physics.iter().all(|named| is_noise(named) && is_strong(named)))
-            || after.y_pct > LEAST_SIMULATED_PCT
-            || excused(MOSTLY)
-            || (is_closer && (after.y_pct > 0.0 || excused(LEAST_PREDICTED)))
-            || (after.y_pct > 0.0 && excused(LEAST_PREDICTED))
+        after.y_pct > LEAST_SIMULATED_PCT
+            || (is_led && (excused(MOSTLY) || (is_closer && excused(LEAST_PREDICTED))))
+            || (after.y_pct > 0.0 && (is_closer || excused(LEAST_PREDICTED)))
     }
 
     fn is_no_worse(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
@@ -120,6 +146,11 @@ impl Trial<'_> {
         let phi = noise.load_phi(signals.sample_time_s);
         let load = sequence(signals.len(), noise.load_ratio * sensor_sd, phi, &mut random);
         let sensor = sequence(signals.len(), sensor_sd, noise.sensor_rho, &mut random);
+        let colored = |mut white: Vec<f64>| {
+            self.coloring.color(&mut white);
+            white
+        };
+        let (load, sensor) = (colored(load), colored(sensor));
         let mut noisy = without_noise(model);
         let mut inputs = signals.inputs.clone();
         for (values, enters) in [(load, Enters::Load), (grown(sensor, noise, signals), Enters::Sensor)] {
@@ -181,6 +212,14 @@ fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
         along * along / dot(&answer, &answer).max(1e-300)
     });
     Some(libm::sqrt((dot(&missed, &missed) - taken).max(0.0) / missed.len().max(1) as f64))
+}
+
+/// Whether a constant drive leads y to a level.
+fn keeps_its_level(plant: &Plant) -> bool {
+    match plant {
+        Plant::Servo(servo) => servo.output == Output::Speed,
+        plant => !plant.is_integrator(),
+    }
 }
 
 fn error(fit: FitPct) -> f64 {

@@ -12,6 +12,8 @@ pub enum Starts {
     Peak {
         /// The points that are tried at first.
         coarse: fn(&Scales) -> Vec<Start>,
+        /// The points that are tried where one costs no simulation.
+        dense: fn(&Scales) -> Vec<Vec<f64>>,
         /// Those about the parameters of a fit.
         fine: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Parameters with which it does what a term of another kind does, where there are any: a fit of that leads to its peak as well.

@@ -1,5 +1,5 @@
 //! A sticking valve: the stem stays until `|u - stem| > stick_band`, then goes to
-//! `u - sign(u - stem)*(stick_band - slip_jump)`.
+//! `u - sign(u - stem)*(stick_band - slip_jump)`. A recording that begins in the middle of a loop's life does not show where the stem was: `stem_at_start`.
 
 use super::{
     Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Scales, Start, Starts, Term, any_values,
@@ -13,19 +13,20 @@ pub(super) static KIND: Kind = Kind {
     parameters: &[
         Parameter::new("stick_band", "{u}", Range::NotNegative, |s, _| s.u).rough(),
         Parameter::new("slip_jump", "{u}", Range::NotNegative, |s, _| s.u).rough(),
+        Parameter::new("stem_at_start", "{u}", Range::Any, |s, _| s.u).rough().or(0.0),
     ],
     applies: every_plant,
     consistent: any_values,
-    effect: |p, _| Box::new(Stiction { stick_band: p[0], rest: p[0] - p[1], stem: None }),
+    effect: |p, _| Box::new(Stiction { stick_band: p[0], rest: p[0] - p[1], at_start: p[2], stem: None }),
     starts: |s| {
         let bands = if s.hysteresis > 0.0 {
             [0.8, 1.0, 1.25].map(|part| 0.5 * part * s.hysteresis).to_vec()
         } else {
             [0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 1.0, 1.4].map(|part| part * s.u_scale).to_vec()
         };
-        bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band])).collect()
+        bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band, 0.0])).collect()
     },
-    search: Starts::Peak { coarse, fine, like },
+    search: Starts::Peak { coarse, dense, fine, like },
     family: Some(Family::Play),
     excitation: "Slow changes of u, also in one direction.",
     ties: &["backlash"],
@@ -42,13 +43,23 @@ pub(super) static KIND: Kind = Kind {
 fn coarse(s: &Scales) -> Vec<Start> {
     let bands = (0..40).map(|i| 0.003 * libm::pow(300.0, f64::from(i) / 39.0));
     let points = bands.flat_map(|band| [0.12, 0.3, 0.45].map(|jump| (band, jump)));
-    grid(points, |(band, jump)| vec![band * s.u_range, jump * band * s.u_range])
+    grid(points, |(band, jump)| vec![band * s.u_range, jump * band * s.u_range, 0.0])
+}
+
+/// In a loop that cycles by it the band may be all that u moves over, and the stem may jump as far; a slip comes late or soon by a sample where the band
+/// is off by the part that a sample is of the time between two slips.
+fn dense(s: &Scales) -> Vec<Vec<f64>> {
+    let bands = (0..240).map(|i| 0.004 * libm::pow(300.0, f64::from(i) / 239.0));
+    let jumps = |band: f64| [0.05, 0.12, 0.3, 0.45, 0.7, 1.0].map(|jump| (band, jump));
+    let points =
+        bands.flat_map(jumps).flat_map(|(band, jump)| [0.0, 0.6, -0.6].map(|stem| (band, jump, stem)));
+    points.map(|(band, jump, stem)| [1.0, jump, stem].map(|x| x * band * s.u_range).to_vec()).collect()
 }
 
 /// Parts of the fit's lag, and jumps as parts of the band, on which the fine points lie; and the ratio of one to the next. Under a noisy u the peak is 0.3 % of the
 /// band wide and 4 % of the jump; beside it a fit takes a lag that is too small and nearly no jump.
 const LAGS: [f64; 3] = [0.9, 1.25, 1.002];
-const JUMPS: [f64; 3] = [0.06, 0.6, 1.03];
+const JUMPS: [f64; 3] = [0.06, 1.05, 1.03];
 
 /// By how much the stem of a moving valve is behind u on the mean: what a fit beside the peak has right before anything else.
 fn lag(band: f64, jump: f64) -> f64 {
@@ -59,10 +70,10 @@ fn fine(fit: &[f64]) -> Vec<Vec<f64>> {
     let all = |[from, to, ratio]: [f64; 3]| {
         std::iter::successors(Some(from), move |x| Some(x * ratio)).take_while(move |x| *x <= to)
     };
-    let [band, jump] = [0, 1].map(|i| fit.get(i).copied().unwrap_or(0.0));
+    let [band, jump, stem] = [0, 1, 2].map(|i| fit.get(i).copied().unwrap_or(0.0));
     let point = |part: f64, of_band: f64| {
         let band = part * lag(band, jump) / lag(1.0, of_band);
-        vec![band, of_band * band]
+        vec![band, of_band * band, stem]
     };
     all(LAGS).flat_map(|part| all(JUMPS).map(move |of_band| point(part, of_band))).collect()
 }
@@ -70,7 +81,7 @@ fn fine(fit: &[f64]) -> Vec<Vec<f64>> {
 /// A valve that hardly jumps is backlash.
 fn like(term: &Term) -> Option<Vec<f64>> {
     let width = term.parameters.first().filter(|_| term.kind.name == "backlash")?;
-    Some(vec![0.5 * width, 0.5 * HARDLY * width])
+    Some(vec![0.5 * width, 0.5 * HARDLY * width, 0.0])
 }
 
 /// Part of the band.
@@ -80,12 +91,13 @@ const HARDLY: f64 = 0.05;
 struct Stiction {
     stick_band: f64,
     rest: f64,
+    at_start: f64,
     stem: Option<f64>,
 }
 
-/// Where the stem is under each u; it begins at the first.
+/// Where the stem is under each u; it begins at the first of them.
 pub fn stem(u: &[f64], stick_band: f64, slip_jump: f64) -> Vec<f64> {
-    let mut valve = Stiction { stick_band, rest: stick_band - slip_jump, stem: None };
+    let mut valve = Stiction { stick_band, rest: stick_band - slip_jump, at_start: 0.0, stem: None };
     u.iter().map(|u| valve.actuator(0.0, *u)).collect()
 }
 
@@ -95,7 +107,7 @@ impl Effect for Stiction {
     }
 
     fn actuator(&mut self, _: f64, u: f64) -> f64 {
-        let stem = *self.stem.get_or_insert(u);
+        let stem = *self.stem.get_or_insert(u + self.at_start);
         let off = u - stem;
         let stem = if off.abs() > self.stick_band { u - libm::copysign(self.rest, off) } else { stem };
         self.stem = Some(stem);
@@ -104,5 +116,18 @@ impl Effect for Stiction {
 
     fn copy(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// u rises by ones from 0: a stem that lay 2 above stays until u is 3 above it, at 5, then goes to within 1 of u.
+    #[test]
+    fn a_stem_that_lay_elsewhere_stays_there_until_the_first_slip() {
+        let mut valve = Stiction { stick_band: 2.5, rest: 1.0, at_start: 2.0, stem: None };
+        let stems: Vec<f64> = (0..7).map(|u| valve.actuator(0.0, f64::from(u))).collect();
+        assert_eq!(stems, [2.0, 2.0, 2.0, 2.0, 2.0, 4.0, 4.0]);
     }
 }

@@ -62,8 +62,9 @@ pub fn about(base: &Base<'_>, points: Vec<Vec<f64>>, look: Look) -> Option<Vec<B
 fn apart(judged: Vec<(f64, Vec<f64>)>, look: Look) -> Vec<(f64, Vec<f64>)> {
     let mut kept: Vec<(f64, Vec<f64>)> = Vec::new();
     for (squares, parameters) in judged {
-        let is_near =
-            |of: &[f64]| of.iter().zip(&parameters).all(|(a, b)| libm::log(a / b).abs() < look.apart);
+        let is_near = |of: &[f64]| {
+            of.iter().zip(&parameters).all(|(a, b)| a == b || libm::log(a / b).abs() < look.apart)
+        };
         if !kept.iter().any(|(_, of)| is_near(of)) {
             kept.push((squares, parameters));
         }
@@ -108,7 +109,7 @@ impl Forecast {
         let point = hypothesis.started(&base.fit.point, &passing, 0.0);
         let innovations = |u: Vec<f64>| {
             let recording = Signals { u, ..recording.part(0, n) };
-            let data = Data::new(hypothesis, vec![recording], vec![n]);
+            let data = Data::new(hypothesis, vec![recording], vec![n]).colored(base.data.coloring().clone());
             Some(Fit::at(hypothesis, &point, &data)?.rows.z)
         };
         let middle = n / 2;

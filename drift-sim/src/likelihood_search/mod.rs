@@ -34,6 +34,7 @@ pub(crate) mod units;
 mod unseen;
 
 use crate::control_loop::Loop;
+use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
 use crate::estimate::coloring::Coloring;
 use crate::estimate::fit::Fit;
@@ -147,12 +148,18 @@ fn concluded(
         options,
     };
     let concluded = conclusion.diagnosis();
-    let shown = unseen.as_ref().map_or(&train, Unseen::first);
+    let (model, shown) = match &unseen {
+        Some(unseen) if concluded.improved.controller == Controller::Recorded => {
+            unseen.first_behind_play(&concluded.improved)
+        }
+        _ => (concluded.improved.clone(), unseen.as_ref().map_or(&train, Unseen::first).clone()),
+    };
     let has_healthy = !healthy.is_empty();
     let trial = Trial {
         found: &concluded,
         fit: &fit,
-        shown,
+        shown: &shown,
+        model: &model,
         seen: &train,
         is_guessed,
         has_healthy,

@@ -50,6 +50,8 @@ pub struct Trial<'a> {
     pub fit: &'a Fit,
     /// What simulations are held against.
     pub shown: &'a Signals,
+    /// The improved loop, as it runs over that.
+    pub model: &'a Loop,
     /// What the numbers of the first recording were fitted to.
     pub seen: &'a Signals,
     /// Whether the plant came from the recordings.
@@ -129,7 +131,7 @@ impl Trial<'_> {
 
     /// How many times worse this recording is simulated than those that are drawn from the fit, its noise among it.
     fn beyond_noise(&self) -> Option<f64> {
-        let model = &self.found.improved;
+        let model = self.model;
         let realised = self.fit.hypothesis.realise(&self.fit.point)?;
         let load = realised.noise.load_ratio * self.fit.rows.sensor_sd;
         let missed_of_drawn = |seed| missed(model, &self.drawn(model, &realised.noise, seed)?, load);

@@ -6,7 +6,8 @@ use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
 use crate::estimate::signals::{LEAST_SAMPLES, Signals, held};
-use crate::simulate::Trace;
+use crate::physics::{Family, Place, Term};
+use crate::simulate::{Trace, actuated};
 
 use super::simulates::{quiet_run, without_noise};
 
@@ -38,6 +39,11 @@ impl Unseen {
     /// The samples of the first recording.
     pub fn first(&self) -> &Signals {
         &self.ends[0].signals
+    }
+
+    /// What a loop whose law is unknown runs over in the first recording, and the loop that does: see [`End::behind_play`].
+    pub fn first_behind_play(&self, model: &Loop) -> (Loop, Signals) {
+        self.ends[0].behind_play(model)
     }
 
     /// The recordings one after the other, each less its own means, as measured and as a loop runs over them.
@@ -74,10 +80,25 @@ impl Unseen {
 }
 
 impl End {
+    /// The loop without play and sticking, over what leaves these: where a stem is at the end's beginning follows from all that came before.
+    fn behind_play(&self, model: &Loop) -> (Loop, Signals) {
+        let (play, others): (Vec<Term>, Vec<Term>) =
+            model.physics.iter().cloned().partition(|term| {
+                term.kind.family == Some(Family::Play) && term.kind.place == Place::Actuator
+            });
+        if play.is_empty() {
+            return (model.clone(), self.signals.clone());
+        }
+        let left = actuated(&Loop { physics: play, ..model.clone() }, &self.whole.u);
+        let u = left.get(self.before..).unwrap_or(&[]).to_vec();
+        (Loop { physics: others, ..model.clone() }, Signals { u, ..self.signals.clone() })
+    }
+
     /// A run over it, of the loop as it is.
     fn run(&self, model: &Loop, seed: u64) -> Option<Trace> {
         if model.controller == Controller::Recorded {
-            return run(model, &self.signals, seed);
+            let (model, signals) = self.behind_play(model);
+            return run(&model, &signals, seed);
         }
         let mut trace = run(model, &self.whole, seed)?;
         for values in [&mut trace.y, &mut trace.u, &mut trace.true_y] {

@@ -123,7 +123,7 @@ fn concluded(
             let (found, first) = likeliest_with_physics(plants, options)?;
             let search = Search { data: &found.data, options, is_plant_open };
             let result = search.run(search.with_own_lags(first));
-            if result.is_noise {
+            if result.is_noise || !is_guessed {
                 (found, result)
             } else {
                 under_coloring(found, result, is_plant_open, options)

@@ -49,12 +49,6 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<TableRows> {
 
 /// Whether the texts of a record end within it: the decoder makes room for as many bytes as each says it has.
 fn is_whole(opcode: u8, data: &[u8]) -> bool {
-    let texts = |mut rest: &[u8], count: usize| {
-        for _ in 0..count {
-            rest = split_text(rest)?.1;
-        }
-        Some(rest)
-    };
     let whole = || match opcode {
         // Name, encoding and text behind a number.
         op::SCHEMA => texts(data.get(2..)?, 3).map(|_| ()),
@@ -69,6 +63,14 @@ fn is_whole(opcode: u8, data: &[u8]) -> bool {
         _ => Some(()),
     };
     whole().is_some()
+}
+
+/// What follows so many texts.
+fn texts(mut rest: &[u8], count: usize) -> Option<&[u8]> {
+    for _ in 0..count {
+        rest = split_text(rest)?.1;
+    }
+    Some(rest)
 }
 
 /// A text behind its length, and what follows.

@@ -98,18 +98,28 @@ fn too_few_words_other_numbers_and_what_is_not_linked_are_refused() {
     }
 }
 
+/// Numbers of a 32-bit xorshift (Marsaglia 2003).
+fn numbers(mut seed: u32) -> impl FnMut() -> u32 {
+    move || {
+        seed ^= seed << 13;
+        seed ^= seed >> 17;
+        seed ^= seed << 5;
+        seed
+    }
+}
+
+/// The same as even noise from -0.5 to 0.5.
+fn noise(seed: u32) -> impl FnMut() -> f32 {
+    let mut next = numbers(seed);
+    move || (next() >> 8) as f32 / 16_777_216.0 - 0.5
+}
+
 /// A monitor learns its baseline, is started with it, and finds a drift; it may be moved meanwhile.
 #[test]
 fn commissioning_and_a_drift() {
     let (mut memory, mut report, mut config) = (ZERO, report(), config());
     let mut learning = drift_commissioning_t { words: [0; DRIFT_COMMISSIONING_WORDS] };
-    let mut seed = 1u32;
-    let mut noise = || {
-        seed ^= seed << 13;
-        seed ^= seed >> 17;
-        seed ^= seed << 5;
-        (seed >> 8) as f32 / 16_777_216.0 - 0.5
-    };
+    let mut noise = noise(1);
     config.channels.iter_mut().for_each(|c| c.baseline.sigma = 0.0);
     let mut window = |memory: &mut Memory, report: &mut drift_report_t, more: f32| {
         for _ in 0..20 {
@@ -145,13 +155,7 @@ fn commissioning_learns_the_operating_point() {
     let monitor: *mut drift_monitor_t = memory.as_mut_ptr().cast();
     let (mut report, mut config) = (report(), config());
     let mut learning = drift_commissioning_t { words: [0; DRIFT_COMMISSIONING_WORDS] };
-    let mut seed = 7u32;
-    let mut noise = || {
-        seed ^= seed << 13;
-        seed ^= seed >> 17;
-        seed ^= seed << 5;
-        (seed >> 8) as f32 / 16_777_216.0 - 0.5
-    };
+    let mut noise = noise(7);
     config.channels.iter_mut().for_each(|c| c.baseline.sigma = 0.0);
     let mut window = |report: &mut drift_report_t, point: f32, load: f32| {
         for _ in 0..20 {
@@ -222,13 +226,7 @@ fn random_calls_always_give_a_code() {
     let calls = if cfg!(miri) { 1_500 } else { 300_000 };
     let (mut memory, mut report) = (ZERO, report());
     let mut bytes = [0u8; DRIFT_STATE_BYTES];
-    let mut seed = 7u32;
-    let mut next = || {
-        seed ^= seed << 13;
-        seed ^= seed >> 17;
-        seed ^= seed << 5;
-        seed
-    };
+    let mut next = numbers(7);
     let mut reports = 0;
     for _ in 0..calls {
         let (which, a, b, c) = (next() % 24, next(), next(), next());

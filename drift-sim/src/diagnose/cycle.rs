@@ -12,9 +12,9 @@ const OF_NOISE: f64 = 10.0;
 /// Between the halves of the swing, and between the longest and the shortest period, a cycle changes by less than this factor.
 const STEADY: f64 = 1.5;
 /// Periods that make a cycle.
-const LEAST_PERIODS: usize = 3;
+pub const LEAST_PERIODS: usize = 3;
 /// Part of y's deviation by which r may move and rest.
-const AT_REST: f64 = 0.01;
+pub const AT_REST: f64 = 0.01;
 
 /// The period of the loop's own cycle in samples; `None` where it has none.
 pub fn period(signals: &Signals) -> Option<usize> {

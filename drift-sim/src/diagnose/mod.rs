@@ -311,12 +311,14 @@ fn diagnose_with(
     by_prediction_error: impl FnOnce(&Signals) -> Result<Diagnosis>,
 ) -> Result<Diagnosis> {
     let first = recordings.first().ok_or_else(|| Error::new("there is no recording to diagnose"))?;
+    // Where no loop is closed, a likelihood is all there is.
+    let is_open = nominal.controller == Controller::Recorded;
     let all = || recordings.iter().chain(holdout).cloned().collect::<Vec<Signals>>();
     let found = match likelihood_search::diagnose(recordings, holdout, nominal, healthy, options) {
         Judged::Stands(found) => *found,
-        Judged::Colored(found) if options.guarantee.is_some() => return Ok(*found),
+        // The older search guarantees nothing.
+        Judged::Colored(found) | Judged::Doubted(found) if options.guarantee.is_some() => return Ok(*found),
         Judged::Colored(found) => {
-            let is_open = nominal.controller == Controller::Recorded;
             let other = by_prediction_error(first).ok().filter(|other| !other.physics.is_empty());
             let other = other.filter(|other| {
                 if is_open {
@@ -327,14 +329,10 @@ fn diagnose_with(
             });
             return Ok(other.unwrap_or(*found));
         }
-        // The older search guarantees nothing.
-        Judged::Doubted(undecided) if options.guarantee.is_some() => return Ok(*undecided),
         // No recording that can be read ends in an error, and none that is doubted is healthy.
         Judged::Doubted(undecided) => {
             let other = by_prediction_error(first).ok();
             let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
-            // Where no loop is closed, a likelihood is all there is.
-            let is_open = nominal.controller == Controller::Recorded;
             let other =
                 other.filter(|found| !is_open || found.is_likelier(&undecided.refitted, &all(), options));
             // On a guessed plant a simulation that what was named makes worse is no evidence.
@@ -349,9 +347,8 @@ fn diagnose_with(
         Judged::Nothing => return by_prediction_error(first),
     };
     // Under an unknown law no loop is closed, and there is nothing to compare.
-    let is_closed = nominal.controller != Controller::Recorded;
     let is_open_plant = nominal.plant == Plant::Identify;
-    if !is_closed || options.guarantee.is_some() || !(is_open_plant || found.jumps_again()) {
+    if is_open || options.guarantee.is_some() || !(is_open_plant || found.jumps_again()) {
         return Ok(found);
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.

@@ -154,6 +154,13 @@ pub fn held(column: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// A column less its mean.
+pub fn centred(mut column: Vec<f64>) -> Vec<f64> {
+    let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
+    column.iter_mut().for_each(|x| *x -= mean);
+    column
+}
+
 /// Standard deviation of the finite values; 0 for none.
 pub fn deviation(column: &[f64]) -> f64 {
     let known = || column.iter().copied().filter(|x| x.is_finite());

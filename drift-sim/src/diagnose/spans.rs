@@ -13,7 +13,7 @@ use crate::controller::Controller;
 use crate::physics::Term;
 use crate::simulate::{Start, replay};
 
-use super::signals::Signals;
+use super::signals::{Signals, centred};
 use super::whiten::Whitener;
 
 /// What a step must gain in log-likelihood: its size, its time among thousands, its kind.
@@ -161,7 +161,7 @@ impl State {
         columns.extend(shapes.free.iter().cloned());
         let nuisances = columns.len();
         columns.extend(found.iter().map(|(of, at)| shapes.step(*of, *at)));
-        let mut whitener = Whitener::least_squares(&centred(&shapes.error), NOISE_ORDER);
+        let mut whitener = Whitener::least_squares(&centred(shapes.error.clone()), NOISE_ORDER);
         let mut state = None;
         for _ in 0..3 {
             let white: Vec<DVector<f64>> =
@@ -246,11 +246,6 @@ impl State {
         let sized = found.iter().zip(self.sizes.iter().zip(&self.errors));
         sized.map(|((of, at), (size, error))| Step { of: *of, at: *at, size: *size, error: *error }).collect()
     }
-}
-
-fn centred(x: &[f64]) -> Vec<f64> {
-    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-    x.iter().map(|x| x - mean).collect()
 }
 
 /// The columns, each of length one.

@@ -27,35 +27,23 @@ impl Whitener {
     pub fn of(residual: &[f64]) -> Self {
         let n = residual.len();
         let highest = Self::LARGEST_ORDER.min(n / 20);
-        let covariance: Vec<f64> = (0..=highest).map(|lag| autocovariance(residual, lag)).collect();
-        let Some(&power) = covariance.first() else { return Self::none() };
-        if power <= 0.0 {
-            return Self::none();
-        }
-        let (mut a, mut error): (Vec<f64>, f64) = (Vec::new(), power);
-        let score = |error: f64, order: usize| {
-            n as f64 * libm::log(error.max(1e-300)) + order as f64 * libm::log(n as f64)
+        let score = |left: f64, order: usize| {
+            n as f64 * libm::log(left.max(1e-300)) + order as f64 * libm::log(n as f64)
         };
-        let (mut best, mut least) = (Vec::new(), score(power, 0));
-        for order in 1..=highest {
-            let predicted: f64 = a.iter().zip(covariance.iter().take(order).rev()).map(|(a, c)| a * c).sum();
-            // a[i] pairs with lag order-1-i.
-            let reflection = (covariance.get(order).copied().unwrap_or(0.0) - predicted) / error;
-            if !reflection.is_finite() || reflection.abs() >= 1.0 {
-                break;
-            }
-            let reversed: Vec<f64> = a.iter().rev().copied().collect();
-            for (a, r) in a.iter_mut().zip(&reversed) {
-                *a -= reflection * r;
-            }
-            a.push(reflection);
-            error *= 1.0 - reflection * reflection;
-            if score(error, order) < least {
-                least = score(error, order);
-                best.clone_from(&a);
-            }
+        let orders = levinson(residual, highest).into_iter().enumerate();
+        let scored = orders.map(|(order, (coefficients, left))| (score(left, order), coefficients));
+        let best = scored.reduce(|best, next| if next.0 < best.0 { next } else { best });
+        Self { coefficients: best.map(|(_, coefficients)| coefficients).unwrap_or_default() }
+    }
+
+    /// Of this order, by Levinson's recursion, which gives a stable one; none of a residual that is nothing.
+    pub fn of_order(residual: &[f64], order: usize) -> Self {
+        Self {
+            coefficients: levinson(residual, order)
+                .pop()
+                .map(|(coefficients, _)| coefficients)
+                .unwrap_or_default(),
         }
-        Self { coefficients: best }
     }
 
     /// Of this order, by least squares: unlike Levinson's recursion it is not misled by a residual that is far from zero at its ends (a
@@ -74,19 +62,65 @@ impl Whitener {
 
     /// The filtered residual, without the first samples that lack a past.
     pub fn apply(&self, residual: &[f64]) -> Vec<f64> {
-        let p = self.coefficients.len();
-        if p == 0 {
-            return residual.to_vec();
-        }
-        residual
-            .windows(p + 1)
-            .map(|w| {
-                let (past, now) = w.split_at(p);
-                now.iter().sum::<f64>()
-                    - self.coefficients.iter().zip(past.iter().rev()).map(|(a, e)| a * e).sum::<f64>()
-            })
-            .collect()
+        let mut filtered = residual.to_vec();
+        self.whiten(&mut filtered);
+        filtered.split_off(self.order().min(residual.len()))
     }
+
+    /// Filters a residual in place; before its first sample there was nothing.
+    pub fn whiten(&self, residual: &mut [f64]) {
+        if self.order() == 0 {
+            return;
+        }
+        for n in (0..residual.len()).rev() {
+            let foretold = self.foretold(residual.get(..n).unwrap_or(&[]));
+            residual.iter_mut().skip(n).take(1).for_each(|e| *e -= foretold);
+        }
+    }
+
+    /// The inverse: makes white noise as coloured as the residual was.
+    pub fn color(&self, white: &mut [f64]) {
+        for n in 0..white.len() {
+            let foretold = self.foretold(white.get(..n).unwrap_or(&[]));
+            white.iter_mut().skip(n).take(1).for_each(|e| *e += foretold);
+        }
+    }
+
+    fn foretold(&self, past: &[f64]) -> f64 {
+        self.coefficients.iter().zip(past.iter().rev()).map(|(a, e)| a * e).sum()
+    }
+}
+
+/// Log-likelihood that a residual gains by a filter of this order.
+pub fn gain_by(residual: &[f64], order: usize) -> f64 {
+    let orders = levinson(residual, order);
+    let power = |of: Option<&(Vec<f64>, f64)>| of.map_or(1.0, |(_, left)| *left).max(1e-300);
+    0.5 * residual.len() as f64 * libm::log(power(orders.first()) / power(orders.last()))
+}
+
+/// Levinson's recursion: the coefficients of each order from none on, and the variance that they leave; up to the highest or to where a residual is
+/// foretold wholly. Empty of a residual that is nothing.
+fn levinson(residual: &[f64], highest: usize) -> Vec<(Vec<f64>, f64)> {
+    let covariance: Vec<f64> = (0..=highest).map(|lag| autocovariance(residual, lag)).collect();
+    let Some(&power) = covariance.first().filter(|power| **power > 0.0) else { return Vec::new() };
+    let (mut a, mut left): (Vec<f64>, f64) = (Vec::new(), power);
+    let mut orders = vec![(a.clone(), left)];
+    for order in 1..=highest {
+        let predicted: f64 = a.iter().zip(covariance.iter().take(order).rev()).map(|(a, c)| a * c).sum();
+        // a[i] pairs with lag order-1-i.
+        let reflection = (covariance.get(order).copied().unwrap_or(0.0) - predicted) / left;
+        if !reflection.is_finite() || reflection.abs() >= 1.0 {
+            break;
+        }
+        let reversed: Vec<f64> = a.iter().rev().copied().collect();
+        for (a, r) in a.iter_mut().zip(&reversed) {
+            *a -= reflection * r;
+        }
+        a.push(reflection);
+        left *= 1.0 - reflection * reflection;
+        orders.push((a.clone(), left));
+    }
+    orders
 }
 
 /// Autocovariance about zero (a residual has no mean of its own to be excused), biased so that it is a valid one.
@@ -152,6 +186,23 @@ mod tests {
         assert!((whitener.coefficients[0] - 0.8).abs() < 0.03, "{whitener:?}");
         assert!((autocovariance(&white, 1) / autocovariance(&white, 0)).abs() < 0.02);
         assert!((autocovariance(&white, 0) - 1.0).abs() < 0.05);
+    }
+
+    /// Noise with a resonance, as a second, faster oscillation makes it: found, whitened and coloured again.
+    #[test]
+    fn a_resonance_is_whitened_and_colored_again() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let white: Vec<f64> = (0..20_000).map(|_| StandardNormal.sample(&mut random)).collect();
+        let truth = Whitener { coefficients: vec![1.5, -0.9] };
+        let mut z = white.clone();
+        truth.color(&mut z);
+        let found = Whitener::of_order(&z, 10).coefficients;
+        assert!((found[0] - 1.5).abs() < 0.03 && (found[1] + 0.9).abs() < 0.03, "{found:?}");
+        // The determinant of the inverse: -n/2 ln(variance left) is what the closed form of an AR(2) says.
+        let variance = (1.0 + 0.9) / ((1.0 - 0.9) * ((1.0 + 0.9) * (1.0 + 0.9) - 1.5 * 1.5));
+        assert!((gain_by(&z, 10) / (0.5 * 20_000.0 * libm::log(variance)) - 1.0).abs() < 0.03);
+        truth.whiten(&mut z);
+        assert!(z.iter().zip(&white).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 
     /// The same coefficient under a drift. Of order 2, what takes the drift away (a1 + a2 = 1) leaves least at a1 = 3/4: 1.25 times

@@ -12,7 +12,6 @@ use crate::controller::Controller;
 use crate::physics::Motion;
 use crate::simulate::{Simulation, Start};
 
-use super::coloring::Coloring;
 use super::gains::{Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
@@ -20,6 +19,7 @@ use super::innovations::{Filter, Innovations};
 use super::linear_part::LinearPart;
 use super::noise::Noise;
 use super::signals::{Signals, deviation, held};
+use super::whiten::Whitener;
 
 /// Recordings of one loop, and how much of each a fit may see.
 #[derive(Debug, Clone)]
@@ -33,7 +33,7 @@ pub struct Data {
     /// From which of them on they are healthy: what is looked for is not in those.
     pub healthy_from: usize,
     /// What is left of correlation in their innovations.
-    coloring: Coloring,
+    coloring: Whitener,
     /// Motions in them.
     pub motions: Vec<Motion>,
     /// Deviations to which y and its first differences are known at the start.
@@ -65,7 +65,7 @@ impl Data {
         }
         let motions = super::measure::motions(&hypothesis.model, &recordings);
         let given = vec![0; recordings.len()];
-        let coloring = Coloring::default();
+        let coloring = Whitener::none();
         Self {
             healthy_from: recordings.len(),
             recordings,
@@ -103,12 +103,17 @@ impl Data {
 
     /// The same recordings under noise of this coloring besides.
     #[must_use]
-    pub fn colored(self, coloring: Coloring) -> Self {
+    pub fn colored(self, coloring: Whitener) -> Self {
         Self { coloring, ..self }
     }
 
+    /// Whether innovations are whitened.
+    pub fn is_colored(&self) -> bool {
+        self.coloring.order() > 0
+    }
+
     /// What is left of correlation in their innovations.
-    pub fn coloring(&self) -> &Coloring {
+    pub fn coloring(&self) -> &Whitener {
         &self.coloring
     }
 

@@ -2,7 +2,6 @@
 //! ([`noise`]), one filter ([`innovations`]), one likelihood ([`likelihood`]), one search ([`fit`]) for all that is concluded from
 //! recordings.
 
-pub mod coloring;
 pub mod fit;
 pub mod gains;
 pub mod hypothesis;
@@ -14,3 +13,4 @@ pub mod linear_part;
 pub mod measure;
 pub mod noise;
 pub use crate::diagnose::signals;
+pub use crate::diagnose::whiten;

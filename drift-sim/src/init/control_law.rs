@@ -4,7 +4,7 @@
 use crate::control_loop::Loop;
 use crate::controller::{Controller, Limits, PVelocity, Pi, Pid, VelocityRule};
 use crate::estimate::law_replay::{TOLERANCE, replay};
-use crate::estimate::signals::{Signals, deviation};
+use crate::estimate::signals::{Signals, centred, deviation};
 
 use super::least_squares::{COLUMNS_MAX, LeastSquares, Solution};
 use super::limits::{inside, seen};
@@ -223,12 +223,6 @@ fn between_limits(signals: &Signals, limits: Limits, columns: &[&[f64]]) -> Opti
         from += length + 1;
     }
     regression.solve()
-}
-
-fn centred(mut column: Vec<f64>) -> Vec<f64> {
-    let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
-    column.iter_mut().for_each(|x| *x -= mean);
-    column
 }
 
 /// r - y, with the last y where one is missing, as the replay does it.

@@ -7,10 +7,11 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::inner_product::dot;
-use crate::estimate::signals::{Signals, held};
+use crate::estimate::signals::{Signals, centred, held};
 use crate::physics::{KINDS, Kind, Place, Scales, Starts, Term};
 use crate::simulate::actuated;
 
+use super::apart::apart;
 use super::climb::{Steps, climb};
 
 /// Samples of all recordings that are enough to tell actuators apart.
@@ -72,10 +73,9 @@ fn best_of(kind: &'static Kind, scales: &Scales, judges: &[Judge]) -> Option<Act
         let mut judged: Vec<Actuated> =
             starts.into_par_iter().filter_map(|parameters| judge.judged(kind, parameters)).collect();
         judged.retain(|actuated| actuated.gain > WORTH);
-        let judged = apart(judged, SEARCHED);
-        let mut ended: Vec<Actuated> =
-            judged.into_par_iter().enumerate().map(|(i, from)| judge.search(from, i as u64)).collect();
-        ended = apart(ended, GO_ON);
+        let judged = unlike(judged, SEARCHED);
+        let ended = judged.into_par_iter().enumerate().map(|(i, from)| judge.search(from, i as u64));
+        let ended = unlike(ended.collect(), GO_ON);
         starts = ended.iter().map(|actuated| actuated.term.parameters.clone()).collect();
         best = ended.into_iter().next();
     }
@@ -83,15 +83,9 @@ fn best_of(kind: &'static Kind, scales: &Scales, judges: &[Judge]) -> Option<Act
 }
 
 /// The best ones of unlike numbers.
-fn apart(mut all: Vec<Actuated>, most: usize) -> Vec<Actuated> {
+fn unlike(mut all: Vec<Actuated>, most: usize) -> Vec<Actuated> {
     all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let mut kept: Vec<Actuated> = Vec::new();
-    for actuated in all {
-        if kept.len() < most && !kept.iter().any(|other| other.is_like(&actuated)) {
-            kept.push(actuated);
-        }
-    }
-    kept
+    apart(all, most, Actuated::is_like)
 }
 
 /// An actuator that foretells y.
@@ -158,8 +152,7 @@ struct Regression {
 
 impl Regression {
     fn new(recording: &Signals, every: usize) -> Option<Self> {
-        let y: Vec<f64> = held(&recording.y).into_iter().step_by(every).collect();
-        let y = less_mean(y);
+        let y = centred(held(&recording.y).into_iter().step_by(every).collect());
         let of_y = Products::of(&y, &y, PAST_Y + 1, PAST_Y + 1)?;
         let mut regression = Self { y, u: recording.u.clone(), every, of_y, without: f64::NAN };
         regression.without = regression.error(&recording.u)?;
@@ -174,7 +167,7 @@ impl Regression {
     /// Mean square of what it does not foretell.
     fn error(&self, driving: &[f64]) -> Option<f64> {
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-        let driving = less_mean(driving.chunks(self.every).map(mean).collect());
+        let driving = centred(driving.chunks(self.every).map(mean).collect());
         let of_both = Products::of(&self.y, &driving, PAST_Y + 1, PAST_U + 1)?;
         let of_driving = Products::of(&driving, &driving, PAST_U + 1, PAST_U + 1)?;
         let n = PAST_Y + PAST_U;
@@ -193,12 +186,6 @@ impl Regression {
         let error = (self.of_y.at(0, 0) - solved.dot(&with_y)) / self.of_y.rows as f64;
         (error > 0.0).then_some(error)
     }
-}
-
-fn less_mean(mut x: Vec<f64>) -> Vec<f64> {
-    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-    x.iter_mut().for_each(|x| *x -= mean);
-    x
 }
 
 /// Sums over k of a[k - i] b[k - j]: each follows from the one before it on its diagonal by what enters and what leaves.

@@ -1,14 +1,16 @@
 //! The decision: which kinds explain the recordings, and whether one of them, or one family, is left alone.
 
-use crate::estimate::coloring::own_gain;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
+use crate::estimate::whiten::gain_by;
 use crate::physics::{Family, Kind, Starts};
 
 use super::options::Options;
 use super::rivals::Field;
 
+/// Past innovations from which noise that is of another kind than is reckoned with is foretold.
+pub const COLORED: usize = 10;
 /// Numbers that the choice of an onset costs: it is the best of very many.
 const ONSET_COSTS: f64 = 2.0;
 /// Lags over which the innovations' correlation is summed, and the standard errors below which one of them is chance.
@@ -46,7 +48,7 @@ pub struct Decision {
 /// Judges a field; `least` is what the best kind must gain at least, beside what the options ask for; `is_colored` says that innovations were whitened.
 pub fn decide(field: &Field, options: &Options, least: f64, is_colored: bool) -> Decision {
     // Under a coloring that was found beside one kind another one may gain by a coloring of its own.
-    let own = |fit: &Fit| if is_colored { own_gain(&fit.rows.z) } else { 0.0 };
+    let own = |fit: &Fit| if is_colored { gain_by(&fit.rows.z, COLORED) } else { 0.0 };
     let of_base = own(&field.base);
     let share = field.rivals.first().map_or(1.0, |best| independent_share(&best.fit));
     let samples = field.base.rows.count as f64 * share;

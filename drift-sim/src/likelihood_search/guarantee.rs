@@ -23,7 +23,7 @@ const FREER: f64 = 10.0;
 
 /// Judges a field: what is left is what the recordings don't speak against.
 pub fn decide_surely(field: &Field, data: &Data, options: &Options, alpha: f64) -> Decision {
-    let scored = decide(field, options, 0.0, data.coloring().is_some()).scored;
+    let scored = decide(field, options, 0.0, data.is_colored()).scored;
     let nothing = || Decision { scored: scored.clone(), ..Decision::default() };
     let Some(best) = field.rivals.first() else { return nothing() };
     let share = independent_share(&best.fit);

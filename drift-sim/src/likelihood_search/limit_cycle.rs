@@ -3,7 +3,7 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::diagnose::cycle;
+use crate::diagnose::cycle::{self, AT_REST, LEAST_PERIODS};
 use crate::estimate::signals::{Signals, deviation, held};
 
 use super::simulates::quiet_run;
@@ -14,11 +14,8 @@ const NEAR: f64 = 1.35;
 const RESTS: f64 = 0.3;
 /// Part of a recording over which a simulation finds its cycle.
 const SETTLING: f64 = 0.3;
-/// Part of y's deviation by which r may move and rest.
-const AT_REST: f64 = 0.01;
-/// Part of its deviation by which a signal must be off its mean to either side between two rises, and periods that make a cycle.
+/// Part of its deviation by which a signal must be off its mean to either side between two rises.
 const BAND: f64 = 0.5;
-const LEAST_PERIODS: usize = 3;
 
 /// Whether the recorded cycle is the improved loop's own, and not that of the loop without what was found; false where no loop is closed, r moves, or nothing
 /// cycles. Judged by u, which a law makes smoother than y.

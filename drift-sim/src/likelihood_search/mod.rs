@@ -8,6 +8,7 @@
 //! is reckoned with, nothing is concluded here, and [`crate::diagnose`] goes on without it.
 
 mod actuators;
+mod apart;
 mod climb;
 pub(crate) mod conclude;
 pub(crate) mod decide;
@@ -36,17 +37,18 @@ mod unseen;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
-use crate::estimate::coloring::Coloring;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
+use crate::estimate::whiten::Whitener;
 use crate::physics::Term;
 use crate::sentences;
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
 use conclude::Conclusion;
+use decide::COLORED;
 use options::Options;
 use plants::{Candidate, Identified};
 pub use rivals::is_searched;
@@ -130,7 +132,6 @@ fn concluded(
             }
         }
     };
-    let coloring = found.data.coloring().clone();
     let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
     let is_noise = result.is_noise && !is_coarse;
     stage::begins("intervals and proof", 0);
@@ -163,12 +164,12 @@ fn concluded(
         seen: &train,
         is_guessed,
         has_healthy,
-        coloring: &coloring,
+        coloring: found.data.coloring(),
         predicted,
     };
     let is_nothing = !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
     let standing = match is_noise && !is_nothing && trial.passes() {
-        true if coloring.is_some() => Standing::Colored,
+        true if found.data.is_colored() => Standing::Colored,
         true => Standing::Stands,
         false => Standing::Doubted,
     };
@@ -201,7 +202,7 @@ fn recolored(
     stage::begins("the search under colored noise", 0);
     let first = ended.contenders.first().map(|contender| &contender.fit);
     let left = ended.best.as_ref().or(first).unwrap_or(&ended.base);
-    let data = found.data.clone().colored(Coloring::of(&left.rows.z));
+    let data = found.data.clone().colored(Whitener::of_order(&left.rows.z, COLORED));
     let again = |fit: &Fit| {
         let mut again = Fit::at(&fit.hypothesis, &fit.point, &data)?;
         again.descend(&data, RECOLORED, &rivals::stuck(&fit.hypothesis));

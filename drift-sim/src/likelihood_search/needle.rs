@@ -74,11 +74,7 @@ fn all_about(fit: &Fit) -> Vec<Vec<f64>> {
 
 /// Fits at other peaks of the top, the likeliest first: a needle's top has many, some per cent of its numbers apart.
 pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
-    if stuck(&fit.hypothesis).is_empty() {
-        return Vec::new();
-    }
-    let Some(top) = parameters(fit) else { return Vec::new() };
-    let Some(kind) = last_kind(fit) else { return Vec::new() };
+    let Some((kind, top)) = top(fit) else { return Vec::new() };
     let points = drawn(kind, &top, LOOKED_AT, |_| TOP_REACH);
     let begins = needles(fit, data, points, AT_THE_TOP);
     let Some(tangent) = fit.tangent(data, &stuck(&fit.hypothesis)) else { return Vec::new() };
@@ -117,6 +113,11 @@ fn climbed(fit: &Fit, kind: &Kind, data: &Data) -> Option<Fit> {
     with(fit, &climb(kind, (parameters(fit)?, -fit.objective()), steps, worth).0, data)
 }
 
+/// The kind of a needle, and the numbers at its top; none of another kind.
+fn top(fit: &Fit) -> Option<(&'static Kind, Vec<f64>)> {
+    last_kind(fit).zip(parameters(fit)).filter(|_| !stuck(&fit.hypothesis).is_empty())
+}
+
 /// The fit's last term's parameters.
 fn parameters(fit: &Fit) -> Option<Vec<f64>> {
     Some(fit.hypothesis.realise(&fit.point)?.model.physics.pop()?.parameters)
@@ -128,13 +129,9 @@ fn with(fit: &Fit, parameters: &[f64], data: &Data) -> Option<Fit> {
     Fit::at(&fit.hypothesis, &point, data)
 }
 
-/// Fits about the top of a needle, near and as far as the slips of a real valve scatter; none of another kind.
+/// Other fits about the top of a needle, near and as far as the slips of a real valve scatter; none of another kind.
 pub fn near_the_top(fit: &Fit, data: &Data) -> Vec<Fit> {
-    let is_needle = !stuck(&fit.hypothesis).is_empty();
-    let Some((top, kind)) = parameters(fit).zip(last_kind(fit)).filter(|_| is_needle) else {
-        return Vec::new();
-    };
+    let Some((kind, top)) = top(fit) else { return Vec::new() };
     let drawn = drawn(kind, &top, DRAWN, |i| SCATTER / f64::from(1 << (i % 5)));
-    let near = drawn.par_iter().filter_map(|parameters| with(fit, parameters, data));
-    near.chain(rayon::iter::once(fit.clone())).collect()
+    drawn.par_iter().filter_map(|parameters| with(fit, parameters, data)).collect()
 }

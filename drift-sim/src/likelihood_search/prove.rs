@@ -50,11 +50,14 @@ const SHARED: f64 = 0.02;
 
 /// What one fit gains over another beyond what both were fitted to; `None` where there is nothing unseen, or it can't be simulated there.
 pub fn gained(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
-    let gained = run_on(better, worse, data)?;
+    let share = independent_share(better);
+    let (own, of_worse) = (densities(better, data)?, densities(worse, data)?);
+    let gained = beyond(&own, &of_worse, share)?;
     if gained.is_sure() {
         return Some(gained);
     }
-    if let Some(together) = together_on(better, worse, data).filter(|together| together.is_sure()) {
+    let together = together(better, own, data).and_then(|together| beyond(&together, &of_worse, share));
+    if let Some(together) = together.filter(|together| together.is_sure()) {
         return Some(together);
     }
     let mut again = LEAST_LOADS.iter().filter_map(|least| {
@@ -82,9 +85,13 @@ fn run_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
 /// What the fits about a needle's top foretell together: no valve slips at the same band each time, and the one that foretells this slip may miss the
 /// next. After each sample a part of each one's weight goes to all (Herbster & Warmuth 1998, "Tracking the best expert"): a forecast like any other, made
 /// without what it is judged by. `None` of other kinds.
-fn together_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
-    let members = near_the_top(better, data);
-    let of: Vec<Vec<f64>> = members.par_iter().filter_map(|member| densities(member, data)).collect();
+fn together(top: &Fit, own: Vec<f64>, data: &Data) -> Option<Vec<f64>> {
+    let near = near_the_top(top, data);
+    if near.is_empty() {
+        return None;
+    }
+    let mut of: Vec<Vec<f64>> = near.par_iter().filter_map(|member| densities(member, data)).collect();
+    of.push(own);
     let samples = of.iter().map(Vec::len).min()?;
     let share = 1.0 / of.len() as f64;
     let mut weights = vec![share; of.len()];
@@ -97,7 +104,7 @@ fn together_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
         together.push(most + libm::log(sum));
         weights.iter_mut().for_each(|weight| *weight = (1.0 - SHARED) * *weight / sum + SHARED * share);
     }
-    beyond(&together, &densities(worse, data)?, independent_share(better))
+    Some(together)
 }
 
 /// Log densities of the unseen samples, one after the other, in units of the model's noise.
@@ -113,6 +120,7 @@ fn densities(fit: &Fit, data: &Data) -> Option<Vec<f64>> {
     Some(all)
 }
 
+/// What one's densities gain over the other's.
 fn beyond(better: &[f64], worse: &[f64], share: f64) -> Option<Gained> {
     let differences: Vec<f64> = better.iter().zip(worse).map(|(a, b)| a - b).collect();
     if differences.is_empty() {

@@ -121,7 +121,7 @@ impl Search<'_> {
     fn decide(&self, field: &Field, least: f64) -> Decision {
         match self.options.guarantee {
             Some(alpha) => decide_surely(field, self.data, self.options, alpha),
-            None => decide(field, self.options, least, self.data.coloring().is_some()),
+            None => decide(field, self.options, least, self.data.is_colored()),
         }
     }
 

@@ -12,13 +12,12 @@ use crate::control_loop::{Enters, Input, Loop, Sensor};
 use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, run};
 use crate::diagnose::{Diagnosis, Named, part_time};
-use crate::estimate::coloring::Coloring;
 use crate::estimate::fit::Fit;
 use crate::estimate::inner_product::dot;
 use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
+use crate::estimate::whiten::Whitener;
 use crate::physics::{Family, Place, Starts};
-use crate::plant::{Output, Plant};
 use crate::simulate::{self, Start, Trace};
 
 use super::limit_cycle;
@@ -59,7 +58,7 @@ pub struct Trial<'a> {
     /// Whether healthy recordings tell how noisy the sensor was before.
     pub has_healthy: bool,
     /// What is left of correlation in its innovations.
-    pub coloring: &'a Coloring,
+    pub coloring: &'a Whitener,
     /// Part of the drive's variance that is u's.
     pub predicted: f64,
 }
@@ -91,7 +90,7 @@ impl Trial<'_> {
     fn explains(&self, before: FitPct, after: FitPct, beyond_noise: impl Fn() -> f64) -> bool {
         let Some(floor) = self.found.noise_floor.map(error) else { return true };
         let explained = error(before) - error(after);
-        if self.coloring.is_some() {
+        if self.coloring.order() > 0 {
             return explained > LEAST_EXPLAINED_COLORED * (error(before) - floor);
         }
         let is_enough = |noise: f64| {
@@ -115,7 +114,7 @@ impl Trial<'_> {
             return true;
         }
         // Noise leads what integrates anywhere; what keeps its level follows u, or nothing is named on it.
-        let is_led = named.is_empty() || !keeps_its_level(&self.found.improved.plant);
+        let is_led = named.is_empty() || !self.found.improved.plant.keeps_its_level();
         let is_closer = error(after) < CLOSER * error(before) && named.iter().any(is_strong);
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
         after.y_pct > LEAST_SIMULATED_PCT
@@ -214,14 +213,6 @@ fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
         along * along / dot(&answer, &answer).max(1e-300)
     });
     Some(libm::sqrt((dot(&missed, &missed) - taken).max(0.0) / missed.len().max(1) as f64))
-}
-
-/// Whether a constant drive leads y to a level.
-fn keeps_its_level(plant: &Plant) -> bool {
-    match plant {
-        Plant::Servo(servo) => servo.output == Output::Speed,
-        plant => !plant.is_integrator(),
-    }
 }
 
 fn error(fit: FitPct) -> f64 {

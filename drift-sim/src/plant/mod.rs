@@ -88,6 +88,14 @@ impl Plant {
         matches!(self, Self::TransferFunction(p) if p.den.len() == 2 && p.den.last() == Some(&0.0))
     }
 
+    /// Whether a constant drive leads y to a level: a position and an integral go on.
+    pub fn keeps_its_level(&self) -> bool {
+        match self {
+            Self::Servo(servo) => servo.output == Output::Speed,
+            plant => !plant.is_integrator(),
+        }
+    }
+
     /// The plant's own dead time, in seconds.
     pub fn delay_s(&self) -> f64 {
         match self {

@@ -12,6 +12,7 @@ use crate::estimate::signals::Signals;
 use crate::physics::{Start, Term};
 use crate::simulate::actuated;
 
+use super::super::apart::apart;
 use super::super::climb::{Steps, climb};
 use super::spectrum::Spectrum;
 use super::{Base, Begin, neutral, onset, orthonormal};
@@ -45,7 +46,8 @@ pub fn about(base: &Base<'_>, points: Vec<Vec<f64>>, look: Look) -> Option<Vec<B
         .filter_map(|parameters| Some((forecast.squares(&parameters)?, parameters)))
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let climbed = apart(judged, look).into_par_iter().enumerate().map(|(i, (squares, parameters))| {
+    let judged = apart(judged, look.run, |(_, a), (_, b)| are_near(a, b, look.apart));
+    let climbed = judged.into_par_iter().enumerate().map(|(i, (squares, parameters))| {
         let steps = Steps { count: STEPS, reach: look.reach, seed: i as u64 };
         let worth = |parameters: &[f64]| Some(-forecast.squares(parameters)?);
         climb(forecast.term.kind, (parameters, -squares), steps, worth).0
@@ -58,21 +60,9 @@ pub fn about(base: &Base<'_>, points: Vec<Vec<f64>>, look: Look) -> Option<Vec<B
     Some(begins.collect())
 }
 
-/// The best of points, none of them near another.
-fn apart(judged: Vec<(f64, Vec<f64>)>, look: Look) -> Vec<(f64, Vec<f64>)> {
-    let mut kept: Vec<(f64, Vec<f64>)> = Vec::new();
-    for (squares, parameters) in judged {
-        let is_near = |of: &[f64]| {
-            of.iter().zip(&parameters).all(|(a, b)| a == b || libm::log(a / b).abs() < look.apart)
-        };
-        if !kept.iter().any(|(_, of)| is_near(of)) {
-            kept.push((squares, parameters));
-        }
-        if kept.len() == look.run {
-            break;
-        }
-    }
-    kept
+/// Whether two points' numbers differ by less than a part of themselves.
+fn are_near(a: &[f64], b: &[f64], part: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| a == b || libm::log(a / b).abs() < part)
 }
 
 /// How the innovations of the first recording change with what leaves the actuator; spectra, whose sums of squares are the signals' own.

@@ -4,9 +4,10 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
+use super::filter_batch::LANES;
 use super::hypothesis::{Hypothesis, Point};
 use super::inner_product::dot;
-use super::likelihood::{Cache, Data, Rows, rows};
+use super::likelihood::{Cache, Data, Rows, rows, rows_at};
 
 /// A hypothesis at the best point found.
 #[derive(Debug, Clone)]
@@ -134,22 +135,39 @@ impl Fit {
     /// How the rows change with each of the moving numbers.
     pub fn columns(&self, data: &Data, moving: &[usize]) -> Option<Vec<Vec<f64>>> {
         let shared = Cache::at(&self.hypothesis, &self.point, data);
-        moving
-            .par_iter()
-            .map(|at| {
-                let free = self.hypothesis.free.get(*at)?;
-                let x = *self.point.x.get(*at)?;
-                let up = if x + free.step <= free.high { 1.0 } else { -1.0 };
-                let along = |step: f64| {
-                    let mut point = self.point.clone();
-                    *point.x.get_mut(*at)? += step;
-                    rows(&self.hypothesis, &point, data, &mut shared.clone()).map(|rows| (rows, step))
-                };
-                let (moved, step) = along(up * free.step).or_else(|| along(-up * free.step))?;
-                let difference = moved.z.iter().zip(&self.rows.z).map(|(a, b)| (a - b) / step);
-                Some(difference.collect())
-            })
-            .collect()
+        let columns = moving.par_chunks(LANES).map(|places| self.columns_of(data, places, &shared));
+        let columns: Option<Vec<Vec<Vec<f64>>>> = columns.collect();
+        Some(columns?.into_iter().flatten().collect())
+    }
+
+    /// The columns of numbers whose runs go side by side.
+    fn columns_of(&self, data: &Data, places: &[usize], shared: &Cache) -> Option<Vec<Vec<f64>>> {
+        let step_of = |at: &usize| {
+            let free = self.hypothesis.free.get(*at)?;
+            let x = *self.point.x.get(*at)?;
+            Some(if x + free.step <= free.high { free.step } else { -free.step })
+        };
+        let steps: Vec<f64> = places.iter().map(step_of).collect::<Option<_>>()?;
+        let moved = |at: usize, step: f64| {
+            let mut point = self.point.clone();
+            *point.x.get_mut(at)? += step;
+            Some(point)
+        };
+        let points = places.iter().zip(&steps).map(|(at, step)| moved(*at, *step));
+        let found = rows_at(&self.hypothesis, &points.collect::<Option<Vec<Point>>>()?, data, shared);
+        let columns = found.into_iter().zip(places).zip(&steps).map(|((rows, at), step)| {
+            // Where the loop can't be simulated on one side, the other shows it.
+            let (rows, step) = match rows {
+                Some(rows) => (rows, *step),
+                None => {
+                    (rows_at(&self.hypothesis, &[moved(*at, -step)?], data, shared).pop().flatten()?, -step)
+                }
+            };
+            let mut column = rows.z;
+            column.iter_mut().zip(&self.rows.z).for_each(|(a, b)| *a = (*a - b) / step);
+            Some(column)
+        });
+        columns.collect()
     }
 
     /// One step, its damping raised until the objective falls; whether it fell. Where a step along a straight line fails, one that follows the bend is

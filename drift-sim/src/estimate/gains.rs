@@ -40,6 +40,11 @@ impl Stretch {
         let row = (sample - self.from).min(self.scales.len() - 1);
         (&self.gains[row * self.width..(row + 1) * self.width], self.scales[row])
     }
+
+    /// The sample from which on they stay as they are.
+    pub fn settled_from(&self) -> usize {
+        self.from + self.scales.len().saturating_sub(1)
+    }
 }
 
 /// A linear part that holds from some sample on.

@@ -17,6 +17,13 @@ const SUBSTEPS: usize = 1;
 /// The first samples of a recording, which don't count: the filter finds the state there.
 pub const SETTLING: usize = 20;
 
+/// A loop as the filter runs it, started; `None` where it can't be simulated.
+pub fn simulation(model: &Loop, start: &Start) -> Option<Simulation> {
+    let mut simulation = Simulation::with_substeps(model, 0, SUBSTEPS).ok()?;
+    simulation.start(start).ok()?;
+    Some(simulation)
+}
+
 /// What the filter makes of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Innovations {
@@ -59,8 +66,7 @@ impl Filter<'_> {
         counted: Range<usize>,
         in_detail: bool,
     ) -> Option<Innovations> {
-        let mut simulation = Simulation::with_substeps(self.model, 0, SUBSTEPS).ok()?;
-        simulation.start(start).ok()?;
+        let mut simulation = simulation(self.model, start)?;
         let samples = counted.end.min(signals.len());
         let ts = signals.sample_time_s;
         let mut run = Run {

@@ -3,6 +3,7 @@
 //!
 //! `-2 log L = N ln(sum(e^2/s)/N) + sum(ln s) + priors`: a least-squares problem in `e/sqrt(s)` times `exp(mean(ln s)/2)`.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -12,6 +13,7 @@ use crate::controller::Controller;
 use crate::physics::Motion;
 use crate::simulate::{Simulation, Start};
 
+use super::filter_batch;
 use super::gains::{Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
@@ -122,6 +124,14 @@ impl Data {
         self.healthy_from < self.recordings.len()
     }
 
+    /// Recordings of which something counts: which it is, and the samples.
+    fn counted(&self) -> impl Iterator<Item = (usize, &Signals, Range<usize>)> {
+        let each = self.recordings.iter().zip(&self.fitted).enumerate();
+        let given = |i: usize| self.given.get(i).copied().unwrap_or(0);
+        each.filter(|(_, (_, fitted))| **fitted > 0)
+            .map(move |(i, (signals, fitted))| (i, signals, given(i)..*fitted))
+    }
+
     /// Samples of the longest recording that count.
     fn longest(&self) -> usize {
         self.fitted.iter().zip(&self.recordings).map(|(n, s)| (*n).min(s.len())).max().unwrap_or(0)
@@ -198,20 +208,103 @@ pub struct Rows {
 
 /// The rows of a hypothesis at a point; `None` where it can't be simulated.
 pub fn rows(hypothesis: &Hypothesis, point: &Point, data: &Data, cache: &mut Cache) -> Option<Rows> {
-    let runs = runs(hypothesis, point, data, cache, data.longest(), false)?;
+    let ready = Ready::at(hypothesis, point, data, cache, data.longest())?;
+    rows_of(hypothesis, &[(point, ready)], data).pop()?
+}
+
+/// The same at several points, side by side, from gains that are known near them.
+pub fn rows_at(hypothesis: &Hypothesis, points: &[Point], data: &Data, near: &Cache) -> Vec<Option<Rows>> {
+    let ready = |point| Ready::at(hypothesis, point, data, &mut near.clone(), data.longest());
+    let ready: Vec<Option<Ready>> = points.iter().map(ready).collect();
+    let is_ready: Vec<bool> = ready.iter().map(Option::is_some).collect();
+    let able: Vec<(&Point, Ready)> =
+        points.iter().zip(ready).filter_map(|(point, ready)| Some((point, ready?))).collect();
+    let mut found = rows_of(hypothesis, &able, data).into_iter();
+    is_ready.into_iter().map(|is_ready| if is_ready { found.next().flatten() } else { None }).collect()
+}
+
+fn rows_of(hypothesis: &Hypothesis, points: &[(&Point, Ready)], data: &Data) -> Vec<Option<Rows>> {
+    let mut runs: Vec<Option<Vec<Innovations>>> = points.iter().map(|_| Some(Vec::new())).collect();
+    for (i, signals, counted) in data.counted() {
+        let filters: Vec<(Filter<'_>, Start)> =
+            points.iter().map(|(_, ready)| ready.filter(hypothesis, data, i, signals)).collect();
+        for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted)) {
+            *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
+                data.coloring.whiten(&mut run.scaled);
+                runs.push(run);
+                runs
+            });
+        }
+    }
+    runs.into_iter().zip(points).map(|(runs, (point, _))| rows_from(hypothesis, point, runs?)).collect()
+}
+
+/// Innovations of all recordings as the rows of one likelihood.
+fn rows_from(hypothesis: &Hypothesis, point: &Point, runs: Vec<Innovations>) -> Option<Rows> {
     let count: usize = runs.iter().map(|run| run.count).sum();
     let n = count.max(1) as f64;
     let log_variances: f64 = runs.iter().map(|run| run.log_variances).sum();
     let factor = libm::exp(0.5 * log_variances / n);
-    let mut z = Vec::with_capacity(runs.iter().map(|run| run.scaled.len()).sum());
-    for run in &runs {
-        z.extend(run.scaled.iter().map(|e| e * factor));
-    }
+    let mut each = runs.into_iter().map(|run| run.scaled);
+    let mut z = each.next()?;
+    each.for_each(|scaled| z.extend(scaled));
+    z.iter_mut().for_each(|e| *e *= factor);
     let squares = dot(&z, &z);
     let prior: f64 = hypothesis.prior_rows(point).map(|row| row * row).sum();
     let objective = n * libm::log((squares / n).max(EXACT)) + prior;
     let sensor_sd = libm::sqrt(squares / n) / factor * hypothesis.scales.noise;
     objective.is_finite().then_some(Rows { z, count, objective, sensor_sd })
+}
+
+/// A point of a hypothesis with its gains, before the filter runs.
+struct Ready {
+    realised: Realised,
+    healthy: Option<Realised>,
+    of_faulty: (Arc<Vec<Stretch>>, usize),
+    of_healthy: Option<(Arc<Vec<Stretch>>, usize)>,
+}
+
+impl Ready {
+    fn at(
+        hypothesis: &Hypothesis,
+        point: &Point,
+        data: &Data,
+        cache: &mut Cache,
+        samples: usize,
+    ) -> Option<Self> {
+        let realised = hypothesis.realise(point)?;
+        let healthy = (data.has_healthy()).then(|| hypothesis.healthy(&realised));
+        let of_faulty = cache.gains(&realised, data, samples, 0)?;
+        let of_healthy = match &healthy {
+            Some(healthy) => Some(cache.gains(healthy, data, samples, 1)?),
+            None => None,
+        };
+        Some(Self { realised, healthy, of_faulty, of_healthy })
+    }
+
+    /// The filter for a recording, and where it starts.
+    fn filter(
+        &self,
+        hypothesis: &Hypothesis,
+        data: &Data,
+        recording: usize,
+        signals: &Signals,
+    ) -> (Filter<'_>, Start) {
+        let (realised, (gains, first_state)) = match (&self.healthy, &self.of_healthy) {
+            (Some(healthy), Some(gains)) if recording >= data.healthy_from => (healthy, gains),
+            _ => (&self.realised, &self.of_faulty),
+        };
+        let filter = Filter {
+            model: &realised.model,
+            noise: &realised.noise,
+            gains,
+            first_state: *first_state,
+            late_s: realised.late_s,
+            unit: hypothesis.scales.noise,
+            constant_load: realised.constant_load,
+        };
+        (filter, start(realised, signals))
+    }
 }
 
 /// The filter's run over each recording, up to `samples` or to what counts of it.
@@ -223,34 +316,14 @@ pub fn runs(
     samples: usize,
     in_detail: bool,
 ) -> Option<Vec<Innovations>> {
-    let realised = hypothesis.realise(point)?;
-    let healthy = (data.has_healthy()).then(|| hypothesis.healthy(&realised));
-    let of_faulty = cache.gains(&realised, data, samples, 0)?;
-    let of_healthy = match &healthy {
-        Some(healthy) => Some(cache.gains(healthy, data, samples, 1)?),
-        None => None,
-    };
-    let run = |i: usize, signals: &Signals, fitted: usize| {
-        let given = data.given.get(i).copied().unwrap_or(0);
-        let (realised, (gains, first_state)) = match (&healthy, &of_healthy) {
-            (Some(healthy), Some(gains)) if i >= data.healthy_from => (healthy, gains),
-            _ => (&realised, &of_faulty),
-        };
-        let filter = Filter {
-            model: &realised.model,
-            noise: &realised.noise,
-            gains,
-            first_state: *first_state,
-            late_s: realised.late_s,
-            unit: hypothesis.scales.noise,
-            constant_load: realised.constant_load,
-        };
-        let mut run = filter.run(signals, &start(realised, signals), given..fitted, in_detail)?;
+    let ready = Ready::at(hypothesis, point, data, cache, samples)?;
+    let each = data.counted().map(|(i, signals, counted)| {
+        let (filter, start) = ready.filter(hypothesis, data, i, signals);
+        let mut run = filter.run(signals, &start, counted, in_detail)?;
         data.coloring.whiten(&mut run.scaled);
         Some(run)
-    };
-    let each = data.recordings.iter().zip(&data.fitted).enumerate().filter(|(_, (_, fitted))| **fitted > 0);
-    each.map(|(i, (signals, fitted))| run(i, signals, *fitted)).collect()
+    });
+    each.collect()
 }
 
 /// Samples that a dead time is looked at for, at most.

@@ -2,6 +2,7 @@
 //! ([`noise`]), one filter ([`innovations`]), one likelihood ([`likelihood`]), one search ([`fit`]) for all that is concluded from
 //! recordings.
 
+pub mod filter_batch;
 pub mod fit;
 pub mod gains;
 pub mod hypothesis;

@@ -41,6 +41,11 @@ impl DelayLine {
         self.ring.fill(value);
     }
 
+    /// The value that leaves first.
+    pub fn first(&self) -> f64 {
+        self.back(self.whole)
+    }
+
     /// Takes in the newest value; gives what leaves over this sample: (older, newer).
     #[inline]
     pub fn push(&mut self, value: f64) -> (f64, f64) {

@@ -8,14 +8,14 @@ use crate::plant::zero_order_hold::discretise;
 /// A plant of at most N states; those that it does not have stay at zero.
 #[derive(Debug, Clone)]
 pub(super) struct Exact<const N: usize> {
-    phi: [[f64; N]; N],
-    older: [f64; N],
-    newer: [f64; N],
-    c: [f64; N],
-    d: f64,
+    pub(super) phi: [[f64; N]; N],
+    pub(super) older: [f64; N],
+    pub(super) newer: [f64; N],
+    pub(super) c: [f64; N],
+    pub(super) d: f64,
     /// dy/dt from the state and from the drive.
-    rate_state: [f64; N],
-    rate_drive: f64,
+    pub(super) rate_state: [f64; N],
+    pub(super) rate_drive: f64,
     pub x: [f64; N],
 }
 

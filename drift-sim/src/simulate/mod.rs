@@ -12,6 +12,7 @@
 //! [`SUBSTEPS`]; see `linear`, `servo` and `tank` for what is exact there. Dry friction that depends on the direction
 //! alone is exact without. Loads that change with time act by their value at the middle of the step.
 
+pub(crate) mod batch;
 mod body;
 mod delay_line;
 mod direct;

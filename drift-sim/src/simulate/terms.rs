@@ -99,6 +99,14 @@ impl Terms {
         !self.load.is_empty()
     }
 
+    pub fn has_actuator(&self) -> bool {
+        !self.actuator.is_empty()
+    }
+
+    pub fn has_sensor(&self) -> bool {
+        !self.sensor.is_empty()
+    }
+
     /// The ticks at which numbers change, in order, each once; always with 0.
     pub fn changes(&self) -> Vec<u64> {
         let mut ticks: Vec<u64> = self.numbers.iter().map(|(tick, _)| *tick).chain([0]).collect();

@@ -28,10 +28,11 @@ pub fn points(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<
         (gain > OTHER_GAIN && gain.is_finite()).then(|| Start { gain: start.gain + gain, ..start.clone() })
     });
     let made_up: Vec<Start> = made_up.collect();
-    let begins = starts.iter().chain(&made_up).filter_map(|start| {
-        let point = hypothesis.started(&from, start, 0.0);
-        let score = base.score(&hypothesis, &point)?;
-        Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 })
+    let points: Vec<Point> =
+        starts.iter().chain(&made_up).map(|start| hypothesis.started(&from, start, 0.0)).collect();
+    let scored = base.scores(&hypothesis, &points).into_iter().zip(points);
+    let begins = scored.filter_map(|(score, point)| {
+        Some(Begin { score: score?, hypothesis: hypothesis.clone(), point, onset_s: 0.0 })
     });
     Some(begins.collect())
 }

@@ -13,10 +13,11 @@ use std::sync::OnceLock;
 
 use realfft::num_complex::Complex;
 
+use crate::estimate::filter_batch::LANES;
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::inner_product::dot;
-use crate::estimate::likelihood::{Cache, Data, Rows, rows};
+use crate::estimate::likelihood::{Cache, Data, Rows, rows, rows_at};
 use crate::estimate::signals::Signals;
 use crate::physics::{Kind, Over, Starts, Term};
 
@@ -144,6 +145,16 @@ impl<'a> Base<'a> {
     fn score(&self, hypothesis: &Hypothesis, point: &Point) -> Option<f64> {
         let left = self.project(self.rows(hypothesis, point)?.z);
         Some(self.fall(self.rest_squares - dot(&left, &left)))
+    }
+
+    /// The same of several points, which run side by side.
+    fn scores(&self, hypothesis: &Hypothesis, points: &[Point]) -> Vec<Option<f64>> {
+        let score = |rows: Option<Rows>| {
+            let left = self.project(rows?.z);
+            Some(self.fall(self.rest_squares - dot(&left, &left)))
+        };
+        let chunks = points.chunks(LANES);
+        chunks.flat_map(|chunk| rows_at(hypothesis, chunk, self.data, &self.cache)).map(score).collect()
     }
 
     /// How the rows answer to a small move of one number of a point, per unit of x, less what the base can take up.

@@ -1,0 +1,568 @@
+//! The filter over one recording for several points at once, where their plants are linear: what [`Filter::run`] does, in a fraction of the time. A
+//! fit asks for a run for each of its numbers; a processor moves four plants on in the time of one, and what reaches them is worked out once.
+//!
+//! With `h` what the sensor shows of states, load and noise, one sample is `e = y - h z`, `z <- A z + A K e + b`: of all that follows from each
+//! other only a product with `h` and one with `A K` are on the way from one sample to the next.
+
+// Loops over the indices of small arrays, several of them at a time: clearer than iterators over rows.
+#![allow(clippy::needless_range_loop)]
+
+use std::ops::{Add, Mul, Range, Sub};
+use std::sync::Arc;
+
+use wide::f64x4;
+
+use crate::simulate::batch::Driven;
+use crate::simulate::{Simulation, Start};
+
+use super::gains::Stretch;
+use super::innovations::{Filter, Innovations, SETTLING, simulation};
+use super::signals::Signals;
+
+/// Points that run side by side.
+pub const LANES: usize = 4;
+
+/// Samples that are prepared at a time: few enough to stay near the processor.
+const BLOCK: usize = 128;
+
+/// A filter's loop, and where it starts.
+pub type Started<'a> = (Filter<'a>, Start);
+
+/// The innovations of each filter over the samples in `counted` and those before; `None` where a loop can't be simulated or diverges.
+pub fn run(filters: &[Started<'_>], signals: &Signals, counted: &Range<usize>) -> Vec<Option<Innovations>> {
+    filters.chunks(LANES).flat_map(|chunk| side_by_side(chunk, signals, counted)).collect()
+}
+
+fn side_by_side(
+    filters: &[Started<'_>],
+    signals: &Signals,
+    counted: &Range<usize>,
+) -> Vec<Option<Innovations>> {
+    let lanes = filters.iter().map(|(filter, start)| {
+        let simulation = simulation(filter.model, start)?;
+        Some(Lane { order: simulation.linear_order()?, filter, simulation })
+    });
+    let lanes: Option<Vec<Lane<'_>>> = lanes.collect();
+    let order = |lanes: &[Lane<'_>]| {
+        let first = lanes.first()?.order;
+        lanes.iter().all(|lane| lane.order == first).then_some(first)
+    };
+    let Some((lanes, order)) =
+        lanes.and_then(|lanes| Some((order(&lanes)?, lanes))).map(|(n, lanes)| (lanes, n))
+    else {
+        return filters
+            .iter()
+            .map(|(filter, start)| filter.run(signals, start, counted.clone(), false))
+            .collect();
+    };
+    match order {
+        1 => of_order::<1>(lanes, signals, counted),
+        2 => of_order::<2>(lanes, signals, counted),
+        3 => of_order::<3>(lanes, signals, counted),
+        _ => of_order::<4>(lanes, signals, counted),
+    }
+}
+
+/// A filter with its loop, started.
+struct Lane<'a> {
+    filter: &'a Filter<'a>,
+    simulation: Simulation,
+    order: usize,
+}
+
+fn of_order<const N: usize>(
+    lanes: Vec<Lane<'_>>,
+    signals: &Signals,
+    counted: &Range<usize>,
+) -> Vec<Option<Innovations>> {
+    if lanes.len() == 1 {
+        Run::<f64, N>::finished(lanes, signals, counted)
+    } else {
+        Run::<f64x4, N>::finished(lanes, signals, counted)
+    }
+}
+
+/// Numbers of all lanes, or of the only one.
+trait Side: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// The numbers of each lane.
+    fn of(each: impl Fn(usize) -> f64) -> Self;
+    /// The number of one lane.
+    fn lane(self, lane: usize) -> f64;
+
+    fn all(value: f64) -> Self {
+        Self::of(|_| value)
+    }
+}
+
+impl Side for f64 {
+    #[inline(always)]
+    fn of(each: impl Fn(usize) -> f64) -> Self {
+        each(0)
+    }
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+}
+
+impl Side for f64x4 {
+    #[inline(always)]
+    fn of(each: impl Fn(usize) -> f64) -> Self {
+        Self::from(std::array::from_fn::<f64, LANES, _>(each))
+    }
+
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        self.to_array().get(lane).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// What moves states, load and sensor noise on while the plant stays the same.
+#[derive(Clone, Copy)]
+struct Moves<T, const N: usize> {
+    phi: [[T; N]; N],
+    /// The drive's values over the sample to the states: the older, the newer, both.
+    older: [T; N],
+    newer: [T; N],
+    both: [T; N],
+    /// What the sensor shows: y less what it is late by.
+    shows: Shows<T, N>,
+    /// The same of y alone, and of what it is late by.
+    y: Shows<T, N>,
+    late: Shows<T, N>,
+    of_sensor: T,
+    phi_load: T,
+    rho: T,
+}
+
+/// What is shown of states, load and the drive held until now.
+#[derive(Clone, Copy)]
+struct Shows<T, const N: usize> {
+    states: [T; N],
+    load: T,
+    drive: T,
+}
+
+impl<T: Side, const N: usize> Shows<T, N> {
+    fn of(states: impl Fn(usize, usize) -> f64, drive: impl Fn(usize) -> f64, phi_load: T) -> Self {
+        Self {
+            states: std::array::from_fn(|i| T::of(|lane| states(lane, i))),
+            // The load of the sample before was part of the drive held until now.
+            load: T::of(|lane| -drive(lane) / phi_load.lane(lane)),
+            drive: T::of(drive),
+        }
+    }
+
+    #[inline(always)]
+    fn seen(&self, x: &[T; N], load: T, held: T) -> T {
+        product(&self.states, x) + (self.load * load + self.drive * held)
+    }
+}
+
+/// Gains, each with the plant's step behind it.
+#[derive(Clone, Copy)]
+struct Gains<T, const N: usize> {
+    states: [T; N],
+    load: T,
+    sensor: T,
+    /// One over the innovation's deviation, in the filter's unit, and the logarithm of its variance.
+    per_deviation: T,
+    log_variance: T,
+}
+
+/// Filters at work on a recording.
+struct Run<'a, T, const N: usize> {
+    lanes: Vec<Lane<'a>>,
+    driven: Vec<Arc<Driven>>,
+    signals: &'a Signals,
+    counts_from: usize,
+    samples: usize,
+    has_sensor_terms: bool,
+    x: [T; N],
+    load: T,
+    sensor: T,
+    /// The drive held until now, but for the filter's load.
+    held: T,
+    log_variances: T,
+    count: usize,
+    scaled: Vec<Vec<f64>>,
+}
+
+impl<'a, T: Side, const N: usize> Run<'a, T, N> {
+    fn finished(
+        lanes: Vec<Lane<'a>>,
+        signals: &'a Signals,
+        counted: &Range<usize>,
+    ) -> Vec<Option<Innovations>> {
+        let count = lanes.len();
+        match Self::new(lanes, signals, counted).and_then(Self::over_all) {
+            Some(run) => run.found(),
+            None => vec![None; count],
+        }
+    }
+
+    fn new(mut lanes: Vec<Lane<'a>>, signals: &'a Signals, counted: &Range<usize>) -> Option<Self> {
+        let samples = counted.end.min(signals.len());
+        let driven = driven(&mut lanes, signals, samples);
+        let zero = T::all(0.0);
+        let mut run = Self {
+            driven,
+            signals,
+            counts_from: counted.start.max(SETTLING),
+            samples,
+            has_sensor_terms: lanes.iter().any(|lane| lane.simulation.has_sensor_terms()),
+            x: [zero; N],
+            load: zero,
+            sensor: zero,
+            held: zero,
+            log_variances: zero,
+            count: 0,
+            scaled: lanes.iter().map(|_| vec![0.0; samples]).collect(),
+            lanes,
+        };
+        run.held = run.each(|lane| lane.simulation.drives().2);
+        for i in 0..N {
+            run.x[i] = run.each(|lane| lane.simulation.state().get(i).copied().unwrap_or(0.0));
+        }
+        Some(run)
+    }
+
+    /// A number of each lane; lanes that are not there do as the first.
+    fn each(&self, of: impl Fn(&Lane<'a>) -> f64) -> T {
+        T::of(|lane| self.lanes.get(lane).or(self.lanes.first()).map_or(0.0, &of))
+    }
+
+    /// Stretch by stretch; the plant and the law of the gains stay as they are in each.
+    fn over_all(mut self) -> Option<Self> {
+        let mut bounds: Vec<usize> = vec![0, self.samples];
+        for lane in &self.lanes {
+            bounds.extend(lane.simulation.changes_at());
+            bounds.extend(lane.filter.gains.iter().map(|stretch| stretch.from));
+        }
+        bounds.retain(|bound| *bound <= self.samples);
+        bounds.sort_unstable();
+        bounds.dedup();
+        for pair in bounds.windows(2) {
+            if let [from, to] = pair {
+                self.stretch(*from..*to)?;
+            }
+        }
+        Some(self)
+    }
+
+    fn stretch(&mut self, samples: Range<usize>) -> Option<()> {
+        let moves = self.moves(samples.start)?;
+        let begun = |lane: &Lane<'a>| lane.filter.gains.iter().rev().find(|s| s.from <= samples.start);
+        let stretches: Vec<&Stretch> = self.lanes.iter().map(begun).collect::<Option<_>>()?;
+        let settled = stretches.iter().map(|stretch| stretch.settled_from()).max()?;
+        let settled = settled.clamp(samples.start, samples.end);
+        for sample in samples.start..settled {
+            let gains = self.gains(&stretches, &moves, sample)?;
+            self.block(&moves, &gains, sample..sample + 1);
+        }
+        if settled < samples.end {
+            let gains = self.gains(&stretches, &moves, settled)?;
+            let mut from = settled;
+            while from < samples.end {
+                let to = (from + BLOCK).min(samples.end);
+                self.block(&moves, &gains, from..to);
+                from = to;
+            }
+        }
+        Some(())
+    }
+
+    /// The plants' steps from a sample on.
+    fn moves(&self, sample: usize) -> Option<Moves<T, N>> {
+        let steps: Vec<_> =
+            self.lanes.iter().map(|lane| lane.simulation.linear_step::<N>(sample)).collect::<Option<_>>()?;
+        let first = steps.first()?;
+        let step = |lane: usize| steps.get(lane).unwrap_or(first);
+        let late = |lane: usize| self.lanes.get(lane).or(self.lanes.first()).map_or(0.0, |l| l.filter.late_s);
+        let ts = self.signals.sample_time_s;
+        let phi_load = self.each(|lane| lane.filter.noise.load_phi(ts));
+        let row = |of: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|i| T::of(|lane| of(lane, i)));
+        let rate = |lane: usize, i: usize| late(lane) * step(lane).rate_state[i];
+        let rate_drive = |lane: usize| late(lane) * step(lane).rate_drive;
+        // Growth changes where gains do.
+        let t = (sample as f64 + 1e-9) * ts;
+        Some(Moves {
+            phi: std::array::from_fn(|i| row(&|lane, j| step(lane).phi[i][j])),
+            older: row(&|lane, i| step(lane).older[i]),
+            newer: row(&|lane, i| step(lane).newer[i]),
+            both: row(&|lane, i| step(lane).older[i] + step(lane).newer[i]),
+            shows: Shows::of(
+                |lane, i| step(lane).c[i] - rate(lane, i),
+                |lane| step(lane).d - rate_drive(lane),
+                phi_load,
+            ),
+            y: Shows::of(|lane, i| step(lane).c[i], |lane| step(lane).d, phi_load),
+            late: Shows::of(rate, rate_drive, phi_load),
+            of_sensor: self.each(|lane| lane.filter.noise.growth_at(t)),
+            phi_load,
+            rho: self.each(|lane| lane.filter.noise.sensor_rho),
+        })
+    }
+
+    fn gains(&self, stretches: &[&Stretch], moves: &Moves<T, N>, sample: usize) -> Option<Gains<T, N>> {
+        let first = stretches.first()?;
+        let at = |lane: usize| stretches.get(lane).unwrap_or(first).at(sample);
+        let skipped = |lane: usize| self.lanes.get(lane).map_or(0, |lane| lane.filter.first_state);
+        let own = |i: usize| {
+            T::of(|lane| {
+                let (gains, _) = at(lane);
+                let observed = gains.len().saturating_sub(2);
+                i.checked_sub(skipped(lane)).filter(|i| *i < observed).map_or(0.0, |i| gains[i])
+            })
+        };
+        let states: [T; N] = std::array::from_fn(own);
+        let last = |back: usize| T::of(|lane| at(lane).0.iter().rev().nth(back).copied().unwrap_or(0.0));
+        let load = last(1);
+        Some(Gains {
+            states: std::array::from_fn(|i| {
+                let moved = product(&moves.phi[i], &states);
+                moved - moves.both[i] * load
+            }),
+            load: moves.phi_load * load,
+            sensor: moves.rho * last(0),
+            per_deviation: self.each(|lane| 1.0 / lane.filter.unit) * T::of(|lane| at(lane).1.0),
+            log_variance: T::of(|lane| at(lane).1.1),
+        })
+    }
+
+    /// Samples under the same gains.
+    fn block(&mut self, moves: &Moves<T, N>, gains: &Gains<T, N>, samples: Range<usize>) {
+        let zero = T::all(0.0);
+        let mut drives = [(zero, zero); BLOCK];
+        let mut scaled = [zero; BLOCK];
+        self.drives(&mut drives, &samples);
+        if self.has_sensor_terms {
+            self.sensed(moves, gains, &samples, (&drives, &mut scaled));
+        } else {
+            self.straight(moves, gains, &samples, (&drives, &mut scaled));
+        }
+        for n in samples.start.max(self.counts_from)..samples.end {
+            if self.signals.y.get(n).is_some_and(|y| y.is_finite()) {
+                self.log_variances = self.log_variances + gains.log_variance;
+                self.count += 1;
+            }
+        }
+        let first = samples.start.max(self.counts_from);
+        for (lane, kept) in self.scaled.iter_mut().enumerate() {
+            let slots = kept.get_mut(first..samples.end).into_iter().flatten();
+            let found = scaled.iter().skip(first - samples.start);
+            slots.zip(found).for_each(|(slot, e)| *slot = (*e * gains.per_deviation).lane(lane));
+        }
+    }
+
+    /// The drive's older and newer value over each sample, but for the filter's load.
+    fn drives(&self, drives: &mut [(T, T); BLOCK], samples: &Range<usize>) {
+        let gain = self.each(|lane| lane.simulation.drives().0);
+        let rest = self.each(|lane| lane.simulation.drives().1 - lane.filter.constant_load);
+        let Some(first) = self.driven.first() else { return };
+        let of = |lane: usize| self.driven.get(lane).unwrap_or(first);
+        let has_load = self.driven.iter().any(|driven| !driven.load.is_empty());
+        for (slot, n) in drives.iter_mut().zip(samples.clone()) {
+            let held = |lane: usize| of(lane).held.get(n).copied().unwrap_or_default();
+            let mut rest = rest;
+            if has_load {
+                rest = rest - T::of(|lane| of(lane).load.get(n).copied().unwrap_or(0.0));
+            }
+            *slot = (gain * T::of(|lane| held(lane).0) + rest, gain * T::of(|lane| held(lane).1) + rest);
+        }
+    }
+
+    /// What measured inputs add at the sensor.
+    fn at_sensor(&self, n: usize) -> T {
+        let of = |lane: usize| self.driven.get(lane).or(self.driven.first())?.at_sensor.get(n).copied();
+        T::of(|lane| of(lane).unwrap_or(0.0))
+    }
+
+    fn straight(
+        &mut self,
+        moves: &Moves<T, N>,
+        gains: &Gains<T, N>,
+        samples: &Range<usize>,
+        (drives, errors): (&[(T, T); BLOCK], &mut [T; BLOCK]),
+    ) {
+        let has_inputs = self.driven.iter().any(|driven| !driven.at_sensor.is_empty());
+        let (mut x, mut load, mut sensor, mut held) = (self.x, self.load, self.sensor, self.held);
+        let y = self.signals.y.get(samples.clone()).unwrap_or(&[]);
+        for (i, ((y, drive), slot)) in y.iter().zip(drives).zip(errors).enumerate() {
+            let shown = moves.shows.seen(&x, load, held) + moves.of_sensor * sensor;
+            let mut e = T::all(0.0);
+            if y.is_finite() {
+                e = T::all(*y) - shown;
+                if has_inputs {
+                    e = e - self.at_sensor(samples.start + i);
+                }
+            }
+            *slot = e;
+            (x, load, sensor) = moves.moved(gains, (x, load, sensor), *drive, e);
+            held = drive.1;
+        }
+        (self.x, self.load, self.sensor, self.held) = (x, load, sensor, held);
+    }
+
+    /// The same where terms change what the sensor shows, lane by lane.
+    fn sensed(
+        &mut self,
+        moves: &Moves<T, N>,
+        gains: &Gains<T, N>,
+        samples: &Range<usize>,
+        (drives, errors): (&[(T, T); BLOCK], &mut [T; BLOCK]),
+    ) {
+        for ((n, drive), slot) in samples.clone().zip(drives).zip(errors) {
+            let y = moves.y.seen(&self.x, self.load, self.held) + self.at_sensor(n);
+            let mut shown = [0.0; LANES];
+            for (lane, (slot, own)) in shown.iter_mut().zip(&mut self.lanes).enumerate() {
+                *slot = own.simulation.shown(n, y.lane(lane));
+            }
+            let besides = moves.late.seen(&self.x, self.load, self.held) - moves.of_sensor * self.sensor;
+            let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
+            let e = measured.map_or(T::all(0.0), |y| T::of(|lane| y - shown[lane]) + besides);
+            *slot = e;
+            (self.x, self.load, self.sensor) =
+                moves.moved(gains, (self.x, self.load, self.sensor), *drive, e);
+            self.held = drive.1;
+        }
+    }
+
+    /// Innovations of each lane; a diverging run stays diverged: the last sample tells.
+    fn found(self) -> Vec<Option<Innovations>> {
+        let (log_variances, count) = (self.log_variances, self.count);
+        let innovations = |(lane, scaled): (usize, Vec<f64>)| {
+            scaled.last().is_some_and(|e| e.is_finite()).then(|| Innovations {
+                scaled,
+                log_variances: log_variances.lane(lane),
+                count,
+                ..Innovations::default()
+            })
+        };
+        self.scaled.into_iter().enumerate().map(innovations).collect()
+    }
+}
+
+impl<T: Side, const N: usize> Moves<T, N> {
+    /// States, load and sensor noise a sample later.
+    #[inline(always)]
+    fn moved(
+        &self,
+        gains: &Gains<T, N>,
+        (x, load, sensor): ([T; N], T, T),
+        (older, newer): (T, T),
+        e: T,
+    ) -> ([T; N], T, T) {
+        let mut next = x;
+        for i in 0..N {
+            let driven = self.older[i] * older + (self.newer[i] * newer - self.both[i] * load);
+            next[i] = product(&self.phi[i], &x) + driven + gains.states[i] * e;
+        }
+        (next, self.phi_load * load + gains.load * e, self.rho * sensor + gains.sensor * e)
+    }
+}
+
+/// The product of a row and a column.
+#[inline(always)]
+fn product<T: Side, const N: usize>(row: &[T; N], column: &[T; N]) -> T {
+    let mut sum = row[0] * column[0];
+    for i in 1..N {
+        sum = sum + row[i] * column[i];
+    }
+    sum
+}
+
+/// What reaches each plant; worked out once for those that the same reaches.
+fn driven(lanes: &mut [Lane<'_>], signals: &Signals, samples: usize) -> Vec<Arc<Driven>> {
+    let u = signals.u.get(..samples).unwrap_or(&[]);
+    let mut known: Vec<Arc<Driven>> = Vec::with_capacity(lanes.len());
+    for i in 0..lanes.len() {
+        let (before, from) = lanes.split_at_mut(i);
+        let Some(lane) = from.first_mut() else { break };
+        let like = before.iter().position(|other| lane.simulation.is_driven_like(&other.simulation));
+        let own = match like.and_then(|other| known.get(other)) {
+            Some(shared) => shared.clone(),
+            None => Arc::new(lane.simulation.driven(u, &signals.inputs)),
+        };
+        known.push(own);
+    }
+    known
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control_loop::Loop;
+    use crate::estimate::hypothesis::{Hypothesis, Point};
+    use crate::estimate::likelihood::{Cache, Data, rows_at, runs};
+    use crate::estimate::measure;
+    use crate::likelihood_search::options::Options;
+
+    /// Loops of one to four states with dead time, actuators, loads, sensors and inputs of all sorts.
+    const PLANTS: [&str; 4] = [
+        "kind = \"first-order\"\ngain = 2.0\ntime_constant_s = 0.5\ndelay_s = 0.034",
+        "kind = \"transfer-function\"\nnum = [2.0]\nden = [0.02, 0.3, 1.0]\ndelay_s = 0.02",
+        "kind = \"servo\"\noutput = \"position\"\ninertia = 0.3\nviscous = 0.8\nactuator_gain = 1.5",
+        "kind = \"state-space\"\na = [[-1.0, 2.0, 0.0], [-2.0, -1.0, 0.5], [0.0, 0.0, -3.0]]\nb = [0.0, 1.0, 2.0]\nc = [1.0, 0.5, 0.0]\nd = 0.1",
+    ];
+    const TERMS: [&str; 7] = [
+        "",
+        "kind = \"dead_zone\"\nhalf_width = 0.3",
+        "kind = \"load_step\"\nlevel = 0.2\nonset_s = 7.0",
+        "kind = \"gain_loss\"\nloss = 0.3\nonset_s = 5.0",
+        "kind = \"sensor_drift\"\nrate_per_s = 0.01\nonset_s = 3.0",
+        "kind = \"delay\"\ndelay_s = 0.013\nonset_s = 9.0",
+        "kind = \"sensor_noise\"\nratio = 2.0\nonset_s = 8.0",
+    ];
+
+    fn signals(samples: usize) -> Signals {
+        let wave = |n: usize| f64::sin(n as f64 * 0.7);
+        let u: Vec<f64> =
+            (0..samples).map(|n| if n / 150 % 2 == 0 { 1.0 } else { -0.5 } + 0.1 * wave(n)).collect();
+        let mut y: Vec<f64> = u.iter().zip(0..).map(|(u, n)| 2.0 * u + 0.3 * wave(3 * n)).collect();
+        // Some are missing.
+        y[300..310].fill(f64::NAN);
+        Signals { sample_time_s: 0.01, r: y.clone(), y, u, ..Signals::default() }
+    }
+
+    /// Side by side and alone each filter foretells the same as the full simulation that it stands for.
+    #[test]
+    fn a_batch_foretells_what_the_full_simulation_foretells() {
+        for (plant, term) in PLANTS.iter().flat_map(|plant| TERMS.iter().map(move |term| (plant, term))) {
+            let physics = if term.is_empty() { String::new() } else { format!("[[physics]]\n{term}\n") };
+            let text = format!(
+                "[loop]\nsample_time_s = 0.01\n[controller]\nkind = \"recorded\"\n[plant]\n{plant}\n{physics}"
+            );
+            let model = Loop::parse(&text, "a loop").expect(&text);
+            let recordings = vec![signals(1_500)];
+            let scales = measure::scales(&model, &recordings);
+            let hypothesis = Hypothesis::nominal(&model, &scales, &Options::default().priors);
+            let data = Data::new(&hypothesis, recordings, vec![1_500]);
+            let own = hypothesis.own_point();
+            let moved = |i: usize| {
+                let mut point = own.clone();
+                point.x[i % own.x.len()] += 0.05;
+                point
+            };
+            let points: Vec<Point> = (0..7).map(moved).collect();
+            let cache = Cache::at(&hypothesis, &own, &data);
+            let batch = rows_at(&hypothesis, &points, &data, &cache);
+            for (i, (point, rows)) in points.iter().zip(batch).enumerate() {
+                let alone =
+                    runs(&hypothesis, point, &data, &mut Cache::default(), 1_500, false).expect(&text);
+                let rows = rows.expect(&text);
+                let z: Vec<f64> = alone.iter().flat_map(|run| run.scaled.clone()).collect();
+                let factor = rows.z.iter().zip(&z).find(|(_, z)| z.abs() > 0.1).map_or(1.0, |(a, b)| a / b);
+                let most = z.iter().fold(0.0_f64, |most, z| most.max(z.abs()));
+                for (n, (a, b)) in rows.z.iter().zip(&z).enumerate() {
+                    assert!(
+                        (a - factor * b).abs() < 1e-9 * factor * most,
+                        "{text}: point {i}, sample {n}: {a} {}",
+                        factor * b
+                    );
+                }
+            }
+        }
+    }
+}

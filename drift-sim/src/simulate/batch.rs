@@ -1,0 +1,165 @@
+//! What a filter needs to run a linear plant by itself, several points of a fit side by side: the plant's steps, and all that reaches it under a
+//! recorded u (actuator, dead time, loads), worked out once.
+
+use super::body::Body;
+use super::exact::Exact;
+use super::{Simulation, entering};
+use crate::control_loop::Enters;
+
+/// What reaches a plant, sample by sample, but for what a filter adds.
+#[derive(Debug, Clone, Default)]
+pub struct Driven {
+    /// What leaves the dead time over each sample, in the unit of u: the older value, then the newer.
+    pub held: Vec<(f64, f64)>,
+    /// Load of the terms and the measured inputs; empty where there is none.
+    pub load: Vec<f64>,
+    /// What measured inputs add at the sensor; empty where there are none.
+    pub at_sensor: Vec<f64>,
+}
+
+/// One exact step of a linear plant of N states: `x <- phi x + older o + newer w` for drives o and w, y of it before, and dy/dt.
+#[derive(Debug, Clone, Copy)]
+pub struct LinearStep<const N: usize> {
+    /// States to states.
+    pub phi: [[f64; N]; N],
+    /// The drive's older value to states, and its newer one.
+    pub older: [f64; N],
+    /// The newer one.
+    pub newer: [f64; N],
+    /// States to y, and the drive to y.
+    pub c: [f64; N],
+    /// The drive to y.
+    pub d: f64,
+    /// States to dy/dt, and the drive to dy/dt.
+    pub rate_state: [f64; N],
+    /// The drive to dy/dt.
+    pub rate_drive: f64,
+}
+
+impl Simulation {
+    /// How many states its plant has, where it is stepped exactly all the time and nothing but its states tells what it does next; at most four.
+    pub fn linear_order(&self) -> Option<usize> {
+        let order = exact_order(&self.body)?;
+        let stays = self.changes.iter().all(|change| exact_order(&change.body) == Some(order));
+        (stays && !self.terms.heeds_corrections()).then_some(order)
+    }
+
+    /// The plant's step from a sample on; `None` where it has another number of states.
+    pub fn linear_step<const N: usize>(&self, sample: usize) -> Option<LinearStep<N>> {
+        let begun = self.changes.iter().rev().find(|change| change.tick <= sample as u64)?;
+        match &begun.body {
+            Body::One(plant) => step_of(plant),
+            Body::Two(plant) => step_of(plant),
+            Body::Three(plant) => step_of(plant),
+            Body::Four(plant) => step_of(plant),
+            _ => None,
+        }
+    }
+
+    /// Samples at which the plant's numbers change, the first of them 0.
+    pub fn changes_at(&self) -> impl Iterator<Item = usize> {
+        self.changes.iter().map(|change| usize::try_from(change.tick).unwrap_or(usize::MAX))
+    }
+
+    /// Drive per unit of u, drive besides, and the drive before the first sample.
+    pub fn drives(&self) -> (f64, f64, f64) {
+        (self.drive_gain, self.drive_offset, self.held_drive)
+    }
+
+    /// Whether the same reaches both plants.
+    pub fn is_driven_like(&self, other: &Self) -> bool {
+        let dead_time = |of: &Self| -> Vec<(u64, usize, u64)> {
+            of.changes.iter().map(|change| (change.tick, change.whole, change.part.to_bits())).collect()
+        };
+        self.model.physics == other.model.physics
+            && self.inputs == other.inputs
+            && self.line.first().to_bits() == other.line.first().to_bits()
+            && dead_time(self) == dead_time(other)
+    }
+
+    /// What reaches the plant under a recorded u and the columns of its inputs, from the first sample on; to be asked for once.
+    pub fn driven(&mut self, u: &[f64], columns: &[Vec<f64>]) -> Driven {
+        let mut driven = Driven::default();
+        let mut passed = Vec::new();
+        let has_load = self.terms.has_load() || !columns.is_empty();
+        let is_changed = self.terms.has_actuator() || !columns.is_empty();
+        if has_load || is_changed {
+            let mut now = vec![0.0; columns.len()];
+            for (n, u) in u.iter().enumerate() {
+                let tick = n as u64;
+                let t = tick as f64 * self.sample_time_s;
+                for (value, column) in now.iter_mut().zip(columns) {
+                    *value = column.get(n).copied().unwrap_or(0.0);
+                }
+                if is_changed {
+                    let outside = entering(&self.inputs, Enters::Actuator, &now);
+                    passed.push(self.terms.actuator(tick, t, u + outside));
+                }
+                if has_load {
+                    let of_terms = self.terms.load(tick, t, self.sample_time_s);
+                    driven.load.push(entering(&self.inputs, Enters::Load, &now) + of_terms);
+                }
+                if !columns.is_empty() {
+                    driven.at_sensor.push(entering(&self.inputs, Enters::Sensor, &now));
+                }
+            }
+        }
+        driven.held = self.delayed(if is_changed { &passed } else { u });
+        driven
+    }
+
+    /// What leaves the dead time, the older value and the newer, of what enters it.
+    fn delayed(&self, entering: &[f64]) -> Vec<(f64, f64)> {
+        let before = self.line.first();
+        let back =
+            |n: usize, by: usize| n.checked_sub(by).and_then(|n| entering.get(n)).copied().unwrap_or(before);
+        let mut held = Vec::with_capacity(entering.len());
+        for (i, change) in self.changes.iter().enumerate() {
+            let next = self.changes.get(i + 1).map_or(u64::MAX, |next| next.tick);
+            let until = usize::try_from(next).unwrap_or(usize::MAX).min(entering.len());
+            let more = usize::from(change.part > 0.0);
+            held.extend((held.len()..until).map(|n| (back(n, change.whole + more), back(n, change.whole))));
+        }
+        held
+    }
+
+    /// Whether terms change what the sensor shows.
+    pub fn has_sensor_terms(&self) -> bool {
+        self.terms.has_sensor()
+    }
+
+    /// What the sensor shows of a y at a sample.
+    pub fn shown(&mut self, sample: usize, y: f64) -> f64 {
+        let tick = sample as u64;
+        self.terms.sensor(tick, tick as f64 * self.sample_time_s, y)
+    }
+}
+
+/// The states of a plant that is stepped exactly.
+fn exact_order(body: &Body) -> Option<usize> {
+    match body {
+        Body::One(_) => Some(1),
+        Body::Two(_) => Some(2),
+        Body::Three(_) => Some(3),
+        Body::Four(_) => Some(4),
+        _ => None,
+    }
+}
+
+/// The numbers of a plant of M states, where M is N.
+fn step_of<const M: usize, const N: usize>(plant: &Exact<M>) -> Option<LinearStep<N>> {
+    let same = |of: &[f64; M]| -> Option<[f64; N]> { of.as_slice().try_into().ok() };
+    let mut phi = [[0.0; N]; N];
+    for (row, own) in phi.iter_mut().zip(&plant.phi) {
+        *row = same(own)?;
+    }
+    Some(LinearStep {
+        phi,
+        older: same(&plant.older)?,
+        newer: same(&plant.newer)?,
+        c: same(&plant.c)?,
+        d: plant.d,
+        rate_state: same(&plant.rate_state)?,
+        rate_drive: plant.rate_drive,
+    })
+}

@@ -102,6 +102,18 @@ fn files_of_laboratories_and_programs_are_understood() {
         ["ms", "setpoint", "temp", "pwm"],
     );
     is_the_loop(
+        &rows(|k, at, y| format!("{at}.000 -> Setpoint:40,Input:{y},Output:{}\n", u(k))),
+        ["time", "Setpoint", "Input", "Output"],
+    );
+    // The path of each block stands above its name; what it is called itself is the port of a block.
+    is_the_loop(
+        &format!(
+            "path;;Loop/Ref;Loop/Plant;Loop/Controller\nname;time;Reference/Out1;Angle/Out1;Voltage/Out1\n{}",
+            rows(|k, _, y| format!("trace_values;{};40;{y};{}\n", 5 * k, u(k)))
+        ),
+        ["time", "Reference/Out1", "Angle/Out1", "Voltage/Out1"],
+    );
+    is_the_loop(
         &rows(|k, at, y| format!("{at}.000 -> Setpoint:40,Temperature:{y},Heater:{}\n", u(k))),
         ["time", "Setpoint", "Temperature", "Heater"],
     );

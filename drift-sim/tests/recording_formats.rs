@@ -55,7 +55,7 @@ const FILES: &[(&str, &str)] = &[
     ("vectors_v7.mat", "t=t"),
     ("vectors_v6.mat", "t=t"),
     ("struct.mat", "t=log.time,r=log.SP,y=log.PV,u=log.OP"),
-    ("simulink.mat", "t=out.time,r=out.signals(1).values,y=out.signals(2).values,u=out.signals(3).values"),
+    ("simulink.mat", "t=out.time,r=out.signals.r,y=out.signals.y,u=out.signals.u"),
     ("simulink.mat", "t=m(:,1),r=m(:,2),y=m(:,3),u=m(:,4)"),
     ("vectors_v4.mat", "t=t"),
     ("tables_v7.mat", "t=T.time,r=T.SP,y=T.PV,u=T.OP"),
@@ -118,6 +118,27 @@ fn names_in_a_matlab_file_are_guessed_by_their_last_part() {
     assert_eq!(recording.state[9..11], [RowState::Manual, RowState::Valid]);
     // Of another length, and not asked for: it has no place among these rows.
     assert_eq!(recording.extra.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["log.mode"]);
+}
+
+/// Simulink's structure with time has a label for each signal, dSPACE's recorder a name: each is called by it.
+#[test]
+fn signals_of_a_struct_array_go_by_their_own_names() {
+    let names = |file_name: &str| {
+        let recording = read(file(file_name), &ReadOptions::default()).unwrap();
+        holds_the_formulas(&recording);
+        let of = recording.columns;
+        [of.t.unwrap_or_default(), of.r, of.y, of.u]
+    };
+    assert_eq!(names("simulink.mat"), ["out.time", "out.signals.r", "out.signals.y", "out.signals.u"]);
+    assert_eq!(
+        names("dspace.mat"),
+        [
+            "run_001.X.time",
+            "run_001.Y.Model Root/Reference/Out1",
+            "run_001.Y.Model Root/Plant/Out1",
+            "run_001.Y.Model Root/PID Controller/Out1"
+        ]
+    );
 }
 
 #[test]

@@ -2,12 +2,14 @@
 //!
 //! A guess is only made where one column fits, and is told in a line. Tags count by their last part or their last two
 //! (`TIC101.SP`, `loop_set_point`), units at the end don't (`SP [degC]`, `time_s`), nor does a last part that several signals
-//! have (`SP.CV`, `PV.CV`). A column of words is no signal where a column of numbers fits.
+//! have (`SP.CV`, `PV.CV`) or that is the port of a block (`Reference/Out1`). A column of words is no signal where a column of numbers fits.
 
 use std::collections::{HashMap, HashSet};
 
 use super::cell_kind::CellKind;
-use super::usual_names::{ACTUATORS, DATES, EITHER, NAMES, OUTPUT, QUANTITIES, UNITS};
+use super::usual_names::{
+    ACTUATORS, CONTROLLERS, DATES, EITHER, INPUT, NAMES, OUTPUT, QUANTITIES, SETPOINTS, UNITS,
+};
 
 /// The signals, in the order of every table here.
 pub(super) const SIGNALS: [&str; 4] = ["t", "r", "y", "u"];
@@ -51,6 +53,7 @@ pub(super) fn guess(
     if found[0] == Guess::Nothing {
         found[0] = named.only_dates(&found);
     }
+    named.guess_by_the_setpoint(&mut found);
     named.guess_by_the_others(&mut found);
     named.guess_by_quantities(&mut found);
     (found, date)
@@ -71,6 +74,23 @@ struct Named<'a> {
 }
 
 impl Named<'_> {
+    /// Beside a set-point stand the controller's input, which is y, and its output, which is u: so the PID libraries of
+    /// small boards call them. Beside a `ref` they may be the plant's own, the other way round.
+    fn guess_by_the_setpoint(&self, found: &mut [Guess; 4]) {
+        let Guess::Column(r) = found[1] else { return };
+        let reads = |words: &[&str]| {
+            self.readings.get(r).is_some_and(|r| r.iter().any(|name| words.contains(&name.as_str())))
+        };
+        let sides = [self.best(2, INPUT, found), self.best(3, OUTPUT, found)];
+        if reads(SETPOINTS) && sides.iter().all(|side| matches!(side, Guess::Column(_))) {
+            for (signal, side) in [2, 3].into_iter().zip(sides) {
+                if found[signal] == Guess::Nothing {
+                    found[signal] = side;
+                }
+            }
+        }
+    }
+
     /// Names that mean one of two signals mean the one that is not there otherwise.
     fn guess_by_the_others(&self, found: &mut [Guess; 4]) {
         // Each round settles one signal or is the last.
@@ -98,10 +118,8 @@ impl Named<'_> {
         };
         let Guess::Column(_) = y else { return };
         let with_y = [found[0], found[1], y, found[3]];
-        let u = match self.best(3, ACTUATORS, &with_y) {
-            Guess::Nothing => self.best(3, OUTPUT, &with_y),
-            found => found,
-        };
+        let known = [ACTUATORS, OUTPUT, CONTROLLERS].map(|words| self.best(3, words, &with_y));
+        let u = known.into_iter().find(|guess| *guess != Guess::Nothing).unwrap_or(Guess::Nothing);
         if let Guess::Column(_) = u {
             (found[2], found[3]) = (y, u);
         }
@@ -223,7 +241,8 @@ fn read(parts: &[String]) -> [String; 3] {
     [parts.concat(), last(2), last(1)]
 }
 
-/// How all names read. A last part that several names of signals stand before, as in `SP.CV` and `PV.CV`, tells nothing.
+/// How all names read. A last part that several names of signals stand before, as in `SP.CV` and `PV.CV`, tells nothing, nor
+/// does the port of a block.
 fn readings(names: &[String]) -> Vec<[String; 3]> {
     let mut all: Vec<Vec<String>> = names.iter().map(|name| parts(name)).collect();
     let mut signals_before: HashMap<String, HashSet<String>> = HashMap::new();
@@ -236,11 +255,17 @@ fn readings(names: &[String]) -> Vec<[String; 3]> {
     }
     for parts in &mut all {
         let is_shared = |last: &String| signals_before.get(last).is_some_and(|before| before.len() > 1);
-        if parts.len() > 1 && parts.last().is_some_and(is_shared) {
+        if parts.len() > 1 && parts.last().is_some_and(|last| is_shared(last) || is_port(last)) {
             parts.pop();
         }
     }
     all.iter().map(|parts| read(parts)).collect()
+}
+
+/// `out1`, `in2`: what Simulink calls the ports of a block that nobody named.
+fn is_port(part: &str) -> bool {
+    let number = part.strip_prefix("out").or_else(|| part.strip_prefix("in"));
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 #[cfg(test)]
@@ -282,6 +307,11 @@ mod tests {
             ["ms", "oven.set_point", "oven.process_value", "oven.control_output"],
             ["time", "oven_setpoint", "oven_temperature", "heater_output"],
             ["TimeUS", "target", "Temperature", "Valve"],
+            ["millis", "Setpoint", "Input", "Output"],
+            ["t", "set_point", "pid.input", "pid.output"],
+            ["time", "Reference/Out1", "Angle/Out1", "Voltage/Out1"],
+            ["time", "Loop/Reference/Out1", "Loop/Plant/Out1", "Loop/Controller/Out1"],
+            ["exp.X.time", "exp.Y.Reference/Out1", "exp.Y.Plant/Out1", "exp.Y.PID Controller/Out1"],
         ] {
             assert_eq!(guessed(&names), [0, 1, 2, 3].map(Guess::Column), "{names:?}");
         }
@@ -293,6 +323,7 @@ mod tests {
         assert_eq!(guessed(&["t", "SP", "ref", "PV", "OP"]), [Column(0), Either(1, 2), Column(3), Column(4)]);
         assert_eq!(guessed(&["t", "ref", "input", "output"]), [Column(0), Column(1), Nothing, Nothing]);
         assert_eq!(guessed(&["t", "T1.SP", "T2.SP", "PV", "OP"])[1], Either(1, 2));
+        assert_eq!(guessed(&["t", "SP", "in.input", "in2.input", "output"])[3], Nothing);
         assert_eq!(guessed(&["a", "b"]), [Nothing; 4]);
         // The plain name is meant where there are tags of other things too.
         assert_eq!(guessed(&["t", "SP", "filtered.SP", "PV", "OP"])[1], Column(1));

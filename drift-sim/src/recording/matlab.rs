@@ -1,7 +1,8 @@
 //! MATLAB files of version 5 to 7 ("MAT-File Format", MathWorks): numeric arrays by name, also in structs.
 //!
 //! A vector is a column under its name, a matrix one column for each of its own (`data(:,2)`), a struct's field one as
-//! `log.y`, an element of a struct array `log.signals(2).values`, a table's variable `T.y`. Scalars, text, cells, sparse and complex
+//! `log.y`, an element of a struct array `log.signals(2).values`, or `log.signals.y` where its label is `y`, a table's variable
+//! `T.y`. Scalars, text, cells, sparse and complex
 //! arrays and other objects are passed over.
 
 use std::ops::Range;
@@ -15,6 +16,7 @@ use super::matlab_elements::{
     Element, Head, Opaque, Order, Tag, class, class_of, damaged, element, field_names, numbers, offset_in,
     size_of_number, split_element, text, whole_numbers,
 };
+use super::matlab_labels::{is_of_label, labels};
 use super::matlab_objects::{Arrays, Kind, Objects};
 use super::matlab_table::{self, TableColumn};
 use super::matlab_unread::{Unread, told_or_refused};
@@ -472,14 +474,17 @@ impl Found {
     fn fields(&mut self, data: &[u8], at: usize, name: &str, count: usize, depth: usize) -> Result<()> {
         let order = self.order;
         let (names, mut rest) = field_names(data, order)?;
-        for index in 1..=count {
+        for (index, label) in labels(&names, rest, count, order)?.into_iter().enumerate() {
             for field in &names {
                 let (element, behind) = split_element(rest, order)?;
                 if element.kind != element::MATRIX {
                     return Err(damaged());
                 }
-                let place = if count == 1 { String::new() } else { format!("({index})") };
-                let path = Path::Field(format!("{name}{place}.{field}"));
+                let place = if count == 1 { String::new() } else { format!("({})", index + 1) };
+                let path = Path::Field(match &label {
+                    Some(label) if is_of_label(field) => format!("{name}.{label}"),
+                    _ => format!("{name}{place}.{field}"),
+                });
                 let from = at + offset_in(data, element.data);
                 self.collect(element.data, from, element.data.len(), path, depth + 1)?;
                 rest = behind;

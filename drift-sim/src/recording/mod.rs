@@ -33,6 +33,7 @@ mod matlab4;
 #[cfg(feature = "matlab73")]
 mod matlab73;
 mod matlab_elements;
+mod matlab_labels;
 mod matlab_objects;
 mod matlab_table;
 mod matlab_unread;

@@ -198,6 +198,15 @@ pub(super) const EITHER: [(&[&str], [usize; 2]); 4] = [
 /// The output of the plant or of the controller.
 pub(super) const OUTPUT: &[&str] = &["output"];
 
+/// The input of the controller or of the plant.
+pub(super) const INPUT: &[&str] = &["input"];
+
+/// Names of r that only a controller gives: its own input and output are meant beside them.
+pub(super) const SETPOINTS: &[&str] = &["setpoint", "sp", "setpt", "setpointvalue"];
+
+/// The block of a diagram whose output is u.
+pub(super) const CONTROLLERS: &[&str] = &["controller", "pid", "pidcontroller"];
+
 /// What is controlled, mostly.
 pub(super) const QUANTITIES: &[&str] = &[
     "temp",
@@ -205,11 +214,13 @@ pub(super) const QUANTITIES: &[&str] = &[
     "temperatur",
     "speed",
     "position",
+    "angle",
     "level",
     "pressure",
     "flow",
     "value",
     "state",
+    "plant",
 ];
 
 /// What a controller moves, mostly.

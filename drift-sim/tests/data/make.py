@@ -52,6 +52,19 @@ def matlab():
     for i, (values, label) in enumerate([(r, "r"), (y, "y"), (u, "u")]):
         signals[i] = (values.reshape(-1, 1), label)
     savemat(HERE / "simulink.mat", {"out": {"time": t, "signals": signals}, "m": np.column_stack([t, r, y, u])})
+    # As dSPACE's recorder leaves it: structs X and Y, each with its name beside its data.
+    fields = [(field, object) for field in ("Name", "Type", "Data", "Unit", "XIndex")]
+    def entries(*named):
+        all = np.empty(len(named), dtype=fields)
+        for i, (name, data) in enumerate(named):
+            all[i] = (name, 4, data, "", 1)
+        return all
+    blocks = [("Reference", r), ("Plant", y), ("PID Controller", u)]
+    run = {
+        "X": entries(("time", t)), "Description": "a run",
+        "Y": entries(*[(f'"Model Root"/"{block}"/"Out1"', data) for block, data in blocks]),
+    }
+    savemat(HERE / "dspace.mat", {"run_001": run}, do_compression=True)
 
 
 def matlab_old():

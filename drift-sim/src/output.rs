@@ -248,6 +248,24 @@ fn behind_links(path: &Path) -> PathBuf {
     at
 }
 
+/// Makes a folder for files whose names the user did not choose, before any work. Where some of these are there and others are
+/// not, they are somebody else's.
+///
+/// # Errors
+/// It can't be made, or holds a file that is not ours.
+pub fn own_folder(folder: &Path, files: &[&str]) -> Result<()> {
+    let refused = |e: io::Error| Error::new(format!("can't be made: {e}")).in_file(folder);
+    fs::create_dir_all(folder).map_err(refused)?;
+    let (there, missing): (Vec<&str>, Vec<&str>) =
+        files.iter().partition(|name| folder.join(name).symlink_metadata().is_ok());
+    match (there.first(), missing.first()) {
+        (Some(one), Some(_)) => Err(Error::new(format!("holds a file '{one}' that would be overwritten"))
+            .allowed("another folder by --out")
+            .in_file(folder)),
+        _ => Ok(()),
+    }
+}
+
 /// Refuses an output that could not be written after all the work.
 fn can_be_written(path: &Path) -> Result<()> {
     if path == Path::new("-") || is_device_or_pipe(path) {

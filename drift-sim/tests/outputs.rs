@@ -131,6 +131,26 @@ fn no_output_is_an_input_or_another_output() {
     assert!(contents(folder.path()) == before);
 }
 
+/// Files whose names the user did not choose: a folder of somebody's own is left alone, one from the time before is written anew.
+#[test]
+fn a_folder_of_files_that_are_not_ours_is_left_alone() {
+    let folder = folder();
+    let before = contents(folder.path());
+    let demo = drift(folder.path(), &["demo", "--out", "."]);
+    let message =
+        "error: .: holds a file 'baseline.toml' that would be overwritten; another folder by --out\n";
+    assert_eq!(demo, (Some(1), message.to_owned()));
+    fs::write(folder.path().join("sub/fig08a.svg"), "mine").unwrap();
+    let paper = drift(folder.path(), &["paper", "--out", "sub"]);
+    let message =
+        "error: sub: holds a file 'fig08a.svg' that would be overwritten; another folder by --out\n";
+    assert_eq!(paper, (Some(1), message.to_owned()));
+    assert!(contents(folder.path()) == before);
+    for _ in 0..2 {
+        assert_eq!(drift(folder.path(), &["demo", "--out", "demo"]).0, Some(0));
+    }
+}
+
 /// The last of the outputs meets a full disk: none of the others appears, and none of the old ones changes.
 #[test]
 fn all_outputs_land_together_or_not_at_all() {

@@ -31,7 +31,7 @@ use std::path::Path;
 
 pub use settings::Settings;
 
-use crate::output::Outputs;
+use crate::output::{self, Outputs};
 use crate::report::Page;
 use crate::{Error, Result};
 use figures::Plate;
@@ -110,7 +110,7 @@ impl Paper {
     /// # Errors
     /// The folder or a file can't be written.
     pub fn write(&self, folder: &Path, command: String) -> Result<()> {
-        make_folder(folder)?;
+        output::own_folder(folder, &FILES)?;
         let mut outputs = Outputs::default();
         for plate in &self.plates {
             outputs.write_text(&folder.join(plate.file), &plate.figure.to_svg()?)?;
@@ -121,14 +121,23 @@ impl Paper {
     }
 }
 
-/// Makes the folder if it is missing: before the work, so that a wrong one costs no time.
-///
-/// # Errors
-/// It can't be made.
-pub fn make_folder(folder: &Path) -> Result<()> {
-    let refused = |e: std::io::Error| Error::new(format!("can't be made: {e}")).in_file(folder);
-    std::fs::create_dir_all(folder).map_err(refused)
-}
+/// What [`Paper::write`] writes.
+pub const FILES: [&str; 14] = [
+    "paper.html",
+    "paper.json",
+    "fig03.svg",
+    "fig04.svg",
+    "fig05a.svg",
+    "fig05b.svg",
+    "fig06.svg",
+    "fig07.svg",
+    "fig08a.svg",
+    "fig08b.svg",
+    "fig09a.svg",
+    "fig09b.svg",
+    "fig10a.svg",
+    "fig10b.svg",
+];
 
 fn check(settings: &Settings) -> Result<()> {
     let counts = [settings.repeats, settings.healthy_runs, settings.streams, settings.delay_runs];

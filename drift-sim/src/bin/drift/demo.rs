@@ -1,7 +1,6 @@
 //! `drift demo`: the whole path on a made recording. An oven's thermometer begins to drift; the controller hides it from
 //! r and y, and the effort channel finds it.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -40,9 +39,12 @@ pub struct Arguments {
     seed: u64,
 }
 
+/// What it writes.
+const FILES: [&str; 4] = ["recording.csv", "baseline.toml", "demo.svg", "report.html"];
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let folder = &arguments.out;
-    fs::create_dir_all(folder).map_err(|e| Error::new(format!("can't be made: {e}")).in_file(folder))?;
+    output::own_folder(folder, &FILES)?;
     let oven = Loop::parse(OVEN, "oven.toml")?;
     let drifting = oven.clone().with(
         Term::new("sensor_drift", &[("rate_per_s", DRIFT_PER_HOUR / HOUR_S), ("noise_growth_per_s", 0.0)])?
@@ -51,8 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let (healthy_r, healthy) = run_oven(&oven, HEALTHY_S, arguments.seed)?;
     let (r, run) = run_oven(&drifting, MONITORED_S, arguments.seed.wrapping_add(1))?;
-    let [recording, baseline_path, picture, report_path] =
-        ["recording.csv", "baseline.toml", "demo.svg", "report.html"].map(|name| folder.join(name));
+    let [recording, baseline_path, picture, report_path] = FILES.map(|name| folder.join(name));
     let t = uniform_times_s(0.0, oven.sample_time_s, r.len());
     let csv = csv_bytes(&[("t", &t), ("r", &r), ("y", &run.y), ("u", &run.u)])?;
     let mut files = Files::default();

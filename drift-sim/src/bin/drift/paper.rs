@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use drift_sim::paper::{Paper, Settings, make_folder};
+use drift_sim::paper::{FILES, Paper, Settings};
 use drift_sim::report::command_line;
 use drift_sim::{Result, output};
 
@@ -29,7 +29,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    make_folder(&arguments.out)?;
+    output::own_folder(&arguments.out, &FILES)?;
     let settings = Settings::new(arguments.seed);
     let progress = Progress::of_steps("simulating", settings.steps());
     let paper = Paper::reproduce(&settings, &|| progress.step())?;

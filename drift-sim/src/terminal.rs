@@ -59,11 +59,9 @@ impl Terminal {
     /// The answer: status, sentence, what else there is to say, the numbers.
     pub fn answer(&self, answer: &Answer) -> String {
         let mut text = String::new();
-        if let Some(status) = answer.status {
-            let word = status.word().to_uppercase();
-            text += &self.coloured(status, &format!("{} {word}", self.shape(status)));
-            text.push('\n');
-        }
+        let (status, word) = (answer.status, answer.status.word().to_uppercase());
+        text += &self.coloured(status, &format!("{} {word}", self.shape(status)));
+        text.push('\n');
         text += &self.paragraph(&answer.sentence);
         if !answer.also.is_empty() {
             text += &self.paragraph(&answer.also);
@@ -127,24 +125,26 @@ impl Terminal {
     /// Seen before it is read.
     fn shape(&self, status: Status) -> char {
         match (self.signs, status) {
-            (Signs::Blocks, Status::Healthy) => '\u{2714}',
+            (Signs::Blocks, Status::Healthy | Status::ToldApart) => '\u{2714}',
             (Signs::Blocks, Status::Suspect) => '\u{25b2}',
             (Signs::Blocks, Status::Drift) => '\u{25a0}',
             (Signs::Blocks, Status::CauseFound) => '\u{25cf}',
             (Signs::Blocks, Status::CantTell) => '\u{25c7}',
-            (Signs::Ascii, Status::Healthy) => '+',
+            (Signs::Blocks, Status::InPart) => '\u{25d1}',
+            (Signs::Ascii, Status::Healthy | Status::ToldApart) => '+',
             (Signs::Ascii, Status::Suspect) => '!',
             (Signs::Ascii, Status::Drift) => '#',
             (Signs::Ascii, Status::CauseFound) => '*',
             (Signs::Ascii, Status::CantTell) => '?',
+            (Signs::Ascii, Status::InPart) => '~',
         }
     }
 
     /// In the status' colour, bold.
     pub fn coloured(&self, status: Status, text: &str) -> String {
         let code = match status {
-            Status::Healthy => 32,
-            Status::Suspect => 33,
+            Status::Healthy | Status::ToldApart => 32,
+            Status::Suspect | Status::InPart => 33,
             Status::Drift => 31,
             Status::CauseFound => 36,
             Status::CantTell => 35,
@@ -159,7 +159,7 @@ mod tests {
 
     fn answer() -> Answer {
         Answer {
-            status: Some(Status::Drift),
+            status: Status::Drift,
             sentence: "It takes more effort to hold y than it did, since about 87\u{a0}480 s (24.3 h), and nobody has seen it yet.".into(),
             also: String::new(),
             numbers: vec![

@@ -73,6 +73,11 @@ fn a_plan_keeps_its_limits_and_simulate_plays_it() {
     let plan: Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("plan.json")).unwrap()).unwrap();
     assert_eq!(plan["schema"], "drift.plan/1");
+    assert!(
+        ["told_apart", "in_part"].contains(&plan["answer"]["status"].as_str().unwrap()),
+        "{}",
+        plan["answer"]
+    );
     let text = fs::read_to_string(folder.path().join("reference.csv")).unwrap();
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
@@ -89,6 +94,26 @@ fn a_plan_keeps_its_limits_and_simulate_plays_it() {
     assert!(played.status.success(), "{}", String::from_utf8_lossy(&played.stderr));
     let run = fs::read_to_string(folder.path().join("run.csv")).unwrap();
     assert_eq!(run.lines().count(), rows.len() + 1);
+}
+
+/// Where every cause answers alike the status, the sentence and the chances say so.
+#[test]
+fn causes_that_answer_alike_are_told_apart_by_no_reference() {
+    let mut twins = causes();
+    twins.truncate(1);
+    twins.push(twins[0].clone());
+    let folder = folder(&diagnosis("undecided", &twins));
+    let out = drift(folder.path(), &format!("{PLAN} --r-min 15 --r-max 28 --json plan.json"));
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let screen = String::from_utf8(out.stdout).unwrap();
+    assert!(
+        screen.starts_with("? CAN'T TELL\nNo reference within these limits tells apart what is left"),
+        "{screen}"
+    );
+    assert!(screen.contains("less than 0.1 %") && !screen.contains("  0 %"), "{screen}");
+    let plan: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("plan.json")).unwrap()).unwrap();
+    assert_eq!(plan["answer"]["status"], "cant_tell");
 }
 
 #[test]

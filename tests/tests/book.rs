@@ -29,7 +29,7 @@ fn table(kind: &Kind) -> String {
     let rows = kind
         .parameters
         .iter()
-        .map(|p| format!("| `{}` | {} | {} |", p.name, units.unit(p.unit), p.range.says()));
+        .map(|p| format!("| `{}` | {} | {} |", p.name, units.unit_in_words(p.unit), p.range.says()));
     std::iter::once("| parameter | unit | must be |\n|---|---|---|".to_string())
         .chain(rows)
         .collect::<Vec<_>>()

@@ -296,7 +296,7 @@ impl Conclusion<'_> {
                 }),
                 shown => rejected.push(Rejected {
                     kind,
-                    why: format!("gains {gain:.1} in log-likelihood over the refitted model"),
+                    why: gained(*gain),
                     smallest: match shown {
                         Some(Shows::From(term)) => Some(term.clone()),
                         _ => None,
@@ -315,6 +315,15 @@ impl Conclusion<'_> {
             });
         }
         (rejected, untestable)
+    }
+}
+
+/// What a kind that lost gains over the refitted model, in log-likelihood.
+fn gained(gain: f64) -> String {
+    match gain {
+        gain if gain >= 0.05 => format!("gains {gain:.1} in log-likelihood over the refitted model"),
+        gain if gain > -0.05 => "gains nothing over the refitted model".into(),
+        _ => "fits worse than the refitted model".into(),
     }
 }
 

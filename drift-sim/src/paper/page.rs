@@ -7,8 +7,9 @@ use super::figures::Plate;
 use super::number::{interval, per_cent, ranged, seconds, significant, with_error};
 use super::ranking::Ranking;
 use super::{Paper, differences, json, published, settings};
+use crate::plot::{Colour, Figure, Layer};
 use crate::report::{Block, Page, Proof, Section};
-use crate::sentences::{Answer, KeyNumber};
+use crate::sentences::{Answer, KeyNumber, Status};
 
 pub(super) fn page(paper: &Paper, command: String) -> Page {
     let figures = |files: &[&str]| -> Vec<Block> {
@@ -39,9 +40,12 @@ pub(super) fn page(paper: &Paper, command: String) -> Page {
         about: "Every table and figure of the paper's results, ours beside the published".into(),
         answer: answer(paper),
         proof: paper.plates.iter().find(|plate| plate.file == "fig08a.svg").map(|plate| Proof {
-            figure: plate.figure.clone(),
+            figure: with_published(plate.figure.clone()),
             title: plate.name.to_owned(),
-            caption: plate.shows.clone(),
+            caption: format!(
+                "{} Orange: the line that the paper publishes, over the same windows.",
+                plate.shows
+            ),
         }),
         command,
         facts: facts(paper),
@@ -51,6 +55,26 @@ pub(super) fn page(paper: &Paper, command: String) -> Page {
 
 /// The heading that others point to.
 pub(super) const OVERLAP: &str = "Overlapping windows and false alarms, mended";
+
+/// The nominal relation with the published line beside it.
+fn with_published(mut figure: Figure) -> Figure {
+    let x = figure.panels.iter().flat_map(|panel| &panel.layers).filter_map(|layer| match layer {
+        Layer::Points { points, .. } => Some(points.iter().map(|(x, _)| *x)),
+        _ => None,
+    });
+    let (low, high) =
+        x.flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let theirs = &published::BASELINE;
+    if let (Some(panel), true) = (figure.panels.first_mut(), low < high) {
+        panel.layers.push(Layer::Line {
+            points: [low, high].map(|x| (x, theirs.b0 + theirs.b1 * x)).to_vec(),
+            name: "published line".into(),
+            colour: Colour::Vermilion,
+            dashed: true,
+        });
+    }
+    figure
+}
 
 fn figure(plate: &Plate) -> Block {
     let caption =
@@ -82,7 +106,7 @@ fn answer(paper: &Paper) -> Answer {
     let (line, theirs) = (&paper.baseline.line, &published::BASELINE);
     let (times, healthy) = (times_faster(paper, 1.0).0, alarmed_healthy(paper, 0));
     Answer {
-        status: None,
+        status: Status::InPart,
         sentence: format!(
             "The paper's method works, and its published numbers come out in part: the effort channel finds a drift {times:.1} times sooner \
              than the pair that the paper uses."

@@ -52,24 +52,36 @@ impl UnitNames {
         Self { y, u, drive, position, speed }
     }
 
-    /// A parameter's unit from its rule, such as `{drive}/{speed}` or `1/s`; a part that the loop file does not
-    /// name stays in words ("drive unit/speed unit").
+    /// A parameter's unit from its rule, such as `{drive}/{speed}` or `1/s`. Where the loop file does not name a part of it, the number is in
+    /// the recording's own units: nothing is left of the unit but `per s`.
     pub fn unit(&self, rule: &str) -> String {
-        let parts = [
-            ("{y}", &self.y, "y unit"),
-            ("{u}", &self.u, "u unit"),
-            ("{drive}", &self.drive, "drive unit"),
-            ("{position}", &self.position, "position unit"),
-            ("{speed}", &self.speed, "speed unit"),
-        ];
-        let fill = |text: String, (rule, name, words): (&str, &String, &str)| {
+        if self.parts().iter().any(|(part, name, _)| name.is_empty() && rule.contains(part)) {
+            return if rule.ends_with("}/s") { "per s".into() } else { String::new() };
+        }
+        self.unit_in_words(rule)
+    }
+
+    /// The same where a part that the loop file does not name stays in words ("drive unit/speed unit").
+    pub fn unit_in_words(&self, rule: &str) -> String {
+        let fill = |text: String, (rule, name, words): (&str, &str, &str)| {
             let name = if name.is_empty() { words } else { name };
             let divides = text.contains(&format!("/{rule}"));
             let several = name.contains('/') || (name.contains(' ') && (divides || name != words));
             let composed = text.trim() != rule && several;
             text.replace(rule, &if composed { format!("({name})") } else { name.to_string() })
         };
-        parts.into_iter().fold(rule.to_string(), fill)
+        self.parts().into_iter().fold(rule.to_string(), fill)
+    }
+
+    /// What stands for a unit in a rule, that unit, and its words.
+    fn parts(&self) -> [(&'static str, &str, &'static str); 5] {
+        [
+            ("{y}", &self.y, "y unit"),
+            ("{u}", &self.u, "u unit"),
+            ("{drive}", &self.drive, "drive unit"),
+            ("{position}", &self.position, "position unit"),
+            ("{speed}", &self.speed, "speed unit"),
+        ]
     }
 }
 
@@ -125,8 +137,10 @@ mod tests {
         assert_eq!(names.unit("{drive}/{speed}"), "(N m)/(rad/s)");
         assert_eq!(names.unit("{drive}/{position}"), "(N m)/rad");
         assert_eq!(names.unit("{drive}/{speed}^2"), "(N m)/(rad/s)^2");
-        assert_eq!(names.unit("{u}/s"), "u unit/s");
-        assert_eq!(names.unit("{drive}/{u}"), "(N m)/(u unit)");
+        assert_eq!((names.unit("{u}/s").as_str(), names.unit("{drive}/{u}").as_str()), ("per s", ""));
+        assert_eq!((names.unit("{u}").as_str(), names.unit("1/s").as_str()), ("", "1/s"));
+        assert_eq!(names.unit_in_words("{u}/s"), "u unit/s");
+        assert_eq!(names.unit_in_words("{drive}/{u}"), "(N m)/(u unit)");
     }
 
     #[test]

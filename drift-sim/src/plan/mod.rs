@@ -350,6 +350,17 @@ impl Plan {
         pairs
     }
 
+    /// Whether no two of the causes that are left are told apart; where one alone is left, it and all that it is held against.
+    pub fn tells_nothing(&self) -> bool {
+        let is_left = |place: usize| self.request.open.causes.get(place).is_some_and(|cause| cause.is_left);
+        let pairs = || self.separation.pairs.iter();
+        let between = pairs().filter(|pair| is_left(pair.truth) && is_left(pair.rival)).count() > 0;
+        let not_told = self.not_told();
+        pairs()
+            .filter(|pair| !between || (is_left(pair.truth) && is_left(pair.rival)))
+            .all(|pair| not_told.contains(&(pair.truth.min(pair.rival), pair.truth.max(pair.rival))))
+    }
+
     /// Whether the log from before the experiment is part of what is diagnosed next.
     pub fn is_continued(&self) -> bool {
         self.before_s > 0.0

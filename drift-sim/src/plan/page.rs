@@ -6,6 +6,11 @@ use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::report::{Block, Page, Proof, Section};
 use crate::sentences::{self, plain};
 
+/// A log-likelihood ratio: tenths say no more.
+fn lead(nats: f64) -> String {
+    plain((10.0 * nats).round() / 10.0, 3)
+}
+
 impl Plan {
     /// The whole page; `command` is the command line, `file` where the reference is written.
     pub fn page(&self, command: String, file: &str) -> Page {
@@ -93,17 +98,18 @@ impl Plan {
     fn pairs(&self) -> Section {
         let rows = self.separation.pairs.iter().map(|pair| {
             let expected =
-                if pair.expected.is_finite() { plain(pair.expected, 3) } else { "can't be simulated".into() };
+                if pair.expected.is_finite() { lead(pair.expected) } else { "can't be simulated".into() };
             vec![self.name(pair.truth), self.name(pair.rival), expected, sentences::chance(pair.chance)]
         });
         let blocks = vec![
             Block::table(
-                ["if it is", "and is held against", "log-likelihood between them", "told apart"],
+                ["if it is", "and is held against", "expected lead", "told apart"],
                 rows.collect(),
             ),
             Block::Note(
-                "The log-likelihood is what the truth is expected to lead by on the part of the experiment that a fit sees, once the \
-                 rival's own numbers, the plant's and the noise's are refitted. The lead is scattered by the root of twice as much."
+                "The lead, in log-likelihood, is what the truth is expected to be ahead by on the part of the experiment that a fit sees, once the \
+                 rival's own numbers, the plant's and the noise's are refitted. It is scattered by the root of twice as much. Of causes \
+                 that answer alike the simplest is named: the others can't be told from it."
                     .into(),
             ),
         ];
@@ -113,12 +119,14 @@ impl Plan {
     fn causes(&self) -> Section {
         let units = self.request.stated.unit_names();
         let rows = self.request.open.causes.iter().enumerate().map(|(place, cause)| {
-            let says =
-                cause.term.as_ref().map_or_else(|| "Nothing is missing.".into(), |term| term.says(&units));
-            let left = if cause.is_left { "left" } else { "next best" };
+            let says = cause
+                .term
+                .as_ref()
+                .map_or_else(|| "Nothing is missing.".into(), |term| sentences::of_term(term, &units));
+            let left = if cause.is_left { "yes" } else { "no" };
             vec![self.name(place), left.into(), plain(cause.gain, 3), says]
         });
-        let head = ["cause", "", "log-likelihood gained in the recording", "as fitted there"];
+        let head = ["cause", "left", "gain in log-likelihood", "as fitted in the recording"];
         Section::new("What the recording left", vec![Block::table(head, rows.collect())])
     }
 }

@@ -287,7 +287,10 @@
   const makePlot = (panel, grids, parent, group, { height, showX, linked, known, tell }) => {
     const place = element("div", parent, { className: "panel" });
     const { data, lines, bands, count } = table(panel, grids);
-    const legend = makeLegend(place, panel, lines, known);
+    // A name that is longer than its axis stands over the panel.
+    const isLong = panel.y_label.length * 7 > height - 30;
+    const head = [panel.title, isLong ? panel.y_label : ""].filter((text) => text).join(", ");
+    const legend = makeLegend(place, { ...panel, title: head }, lines, known);
     const canvas = element("div", place);
     const series = [{}, ...Array.from({ length: count }, () => ({ stroke: "transparent", width: 0, points: { show: false } }))];
     for (const { layer, index } of lines) {
@@ -308,7 +311,7 @@
       },
       series,
       bands: bands.map((b) => ({ series: [b.upper, b.lower], fill: () => shade(b.layer.colour, 30) })),
-      axes: [axisOf(panel.x_label, panel.x_names, showX ? (panel.x_dates ? 44 : 28) : 8, showX, panel.x_dates), axisOf(panel.y_label, panel.y_names, panel.y_label ? LEFT - 22 : LEFT, true)],
+      axes: [axisOf(panel.x_label, panel.x_names, showX ? (panel.x_dates ? 44 : 28) : 8, showX, panel.x_dates), axisOf(isLong ? "" : panel.y_label, panel.y_names, panel.y_label && !isLong ? LEFT - 22 : LEFT, true)],
       cursor: {
         sync: linked ? { key: group.name, filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } } : undefined,
         drag: { x: true, y: !linked, uni: 20 }, points: { size: 6 },
@@ -381,7 +384,7 @@
       const last = !linked || i + data.columns >= data.panels.length;
       const label = linked ? data.panels.findLast((p) => p.x_label)?.x_label ?? "" : panel.x_label;
       makePlot({ ...panel, x_label: label }, grids, parent, group, {
-        height: Math.max(data.height - 30, 110) + (last ? 36 : 0), showX: last, linked, known: linked ? known : new Set(), tell: (text) => { output.value = text; },
+        height: Math.max(data.height - 30, 110) + (last ? 36 : 0), showX: last, linked, known, tell: (text) => { output.value = text; },
       });
     });
   };

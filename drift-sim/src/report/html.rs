@@ -18,6 +18,8 @@ const POLICY: &str =
 const MOST_POINTS: usize = 400_000;
 /// Points of one line: several for each pixel of a screen.
 const MOST_PER_LINE: usize = 32_768;
+/// A cell with more bytes holds a sentence.
+const SENTENCE: usize = 36;
 /// However many lines there are: about one for each pixel.
 const LEAST_PER_LINE: usize = 1000;
 
@@ -38,6 +40,11 @@ pub(super) fn proof(proof: &Proof, id: &str) -> String {
     let described = format!("{} {}", proof.figure.description(), proof.caption);
     let mut markup = String::from("<figure class=\"proof\">");
     for (size, class, letter) in [(picture::WIDE, "broad", 'w'), (picture::NARROW, "slim", 'n')] {
+        // One panel has the room of two.
+        let size = match proof.figure.panels.len() {
+            1 => picture::Size { panel_height: 1.6 * size.panel_height, ..size },
+            _ => size,
+        };
         let svg = picture::svg(&proof.figure, size, &format!("{id}{letter}"), &proof.title, &described);
         markup += &format!("<div class=\"{class}\">{svg}</div>");
     }
@@ -97,10 +104,8 @@ impl Writer {
     fn answer(&mut self, page: &Page) {
         let answer = &page.answer;
         self.body.push_str("<header><p class=\"top\">");
-        if let Some(status) = answer.status {
-            let (name, word) = (status.name(), escape::text(status.word()));
-            self.put(format_args!("<strong class=\"badge {name}\">{}{word}</strong> ", shape(status)));
-        }
+        let (name, word) = (answer.status.name(), escape::text(answer.status.word()));
+        self.put(format_args!("<strong class=\"badge {name}\">{}{word}</strong> ", shape(answer.status)));
         let (about, sentence) = (escape::text(&page.about), escape::text(&answer.sentence));
         self.put(format_args!("<span class=\"about\">{about}</span></p>\n<h1>{sentence}</h1>\n"));
         if !answer.also.is_empty() {
@@ -178,9 +183,14 @@ impl Writer {
             }
             Block::Chart(chart) => self.chart(chart)?,
             Block::Picture { figure, caption } => {
-                let (svg, caption) = (self.still(figure, caption), escape::text(caption));
+                let (wide, narrow) = (
+                    self.still(figure, caption, picture::WIDE),
+                    self.still(figure, caption, picture::NARROW),
+                );
+                let caption = escape::text(caption);
                 self.put(format_args!(
-                    "<figure class=\"picture\">{svg}<figcaption>{caption}</figcaption></figure>\n"
+                    "<figure class=\"picture\"><div class=\"broad\">{wide}</div><div class=\"slim\">{narrow}</div>\
+                     <figcaption>{caption}</figcaption></figure>\n"
                 ));
             }
         }
@@ -191,7 +201,13 @@ impl Writer {
         let numeric: Vec<bool> = (0..table.head.len())
             .map(|i| table.rows.iter().filter_map(|row| row.get(i)).all(|cell| is_number(cell)))
             .collect();
-        let class = |i: usize| if numeric.get(i) == Some(&true) { " class=\"n\"" } else { "" };
+        let has_sentences =
+            |i: usize| table.rows.iter().filter_map(|row| row.get(i)).any(|cell| cell.len() > SENTENCE);
+        let class = |i: usize| match numeric.get(i) {
+            Some(true) => " class=\"n\"",
+            _ if has_sentences(i) => " class=\"t\"",
+            _ => "",
+        };
         self.body.push_str("<div class=\"wide\" tabindex=\"0\"><table><thead><tr>");
         for (i, head) in table.head.iter().enumerate() {
             self.put(format_args!("<th scope=\"col\"{}>{}</th>", class(i), escape::text(head)));
@@ -220,7 +236,7 @@ impl Writer {
                  each stretch.</span>"
             )
         });
-        let svg = self.still(&chart.figure, &chart.caption);
+        let svg = self.still(&chart.figure, &chart.caption, picture::WIDE);
         self.put(format_args!(
             "<figure class=\"chart\" id=\"f{number}\" data-figure=\"{number}\"><div class=\"panels\"></div>\
              <div class=\"still\">{svg}</div><figcaption>{caption}{note}</figcaption></figure>\n"
@@ -229,11 +245,11 @@ impl Writer {
     }
 
     /// The figure as a picture: what is seen without a script, and in print.
-    fn still(&mut self, figure: &Figure, caption: &str) -> String {
+    fn still(&mut self, figure: &Figure, caption: &str, size: picture::Size) -> String {
         self.stills += 1;
         let title = caption.split_inclusive(". ").next().unwrap_or_default();
-        let size =
-            picture::Size { panel_height: f64::from(figure.panel_height_px).min(300.0), ..picture::WIDE };
+        let most = if size.width < picture::WIDE.width { size.panel_height } else { 300.0 };
+        let size = picture::Size { panel_height: f64::from(figure.panel_height_px).min(most), ..size };
         picture::svg(figure, size, &format!("q{}", self.stills), title.trim(), &figure.description())
     }
 
@@ -269,8 +285,13 @@ fn unbroken(text: &str) -> String {
 /// A status as a shape of its own.
 fn shape(status: Status) -> String {
     let drawn = match status {
-        Status::Healthy => "<circle cx=\"8\" cy=\"8\" r=\"8\"/><path d=\"M4 8.3l3 3 5-6\"/>",
+        Status::Healthy | Status::ToldApart => {
+            "<circle cx=\"8\" cy=\"8\" r=\"8\"/><path d=\"M4 8.3l3 3 5-6\"/>"
+        }
         Status::Suspect => "<path class=\"f\" d=\"M8 0l8 15H0z\"/><path d=\"M8 5v5M8 12.2v.6\"/>",
+        Status::InPart => {
+            "<circle cx=\"8\" cy=\"8\" r=\"8\"/><path class=\"w\" d=\"M8 2.4a5.6 5.6 0 0 1 0 11.2z\"/>"
+        }
         Status::Drift => {
             "<path class=\"f\" d=\"M4.7 0h6.6L16 4.7v6.6L11.3 16H4.7L0 11.3V4.7z\"/><path d=\"M4 11l8-6M8 4.6l4 .4-1 3.8\"/>"
         }
@@ -287,7 +308,7 @@ fn shape(status: Status) -> String {
 /// Whether a cell is a number, a range of numbers or nothing.
 fn is_number(cell: &str) -> bool {
     let signs = ['-', '+', '\u{2013}', '\u{2212}', '>', '<', '%', '\u{b1}'];
-    cell.split([' ', ';', ',', '(', ')']).all(|word| {
+    cell.split(|c: char| c.is_whitespace() || [';', ',', '(', ')'].contains(&c)).all(|word| {
         let word = word.trim_matches(signs);
         word.is_empty() || word == "to" || word.parse::<f64>().is_ok()
     })

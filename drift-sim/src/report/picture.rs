@@ -35,7 +35,7 @@ pub(super) fn svg(figure: &Figure, size: Size, id: &str, title: &str, descriptio
     let rows = figure.panels.len().div_ceil(columns);
     let width = (size.width - GAP * (columns - 1) as f64) / columns as f64;
     let foot = 2.9 * size.text;
-    let mut pen = Pen { out: String::new(), size };
+    let mut pen = Pen { out: String::new(), size, told: Vec::new() };
     // Panels over one x axis begin at one place.
     let lefts: Vec<f64> = figure.panels.iter().map(|panel| left_of(panel, size, width)).collect();
     let widest = lefts.iter().copied().fold(0.0, f64::max);
@@ -86,18 +86,20 @@ struct Frame {
     height: f64,
 }
 
-struct Pen {
+struct Pen<'a> {
     out: String,
     size: Size,
+    /// Names and colours that a legend further up has.
+    told: Vec<(&'a str, &'static str)>,
 }
 
-impl Pen {
+impl<'a> Pen<'a> {
     /// Writing to a String can't fail.
     fn put(&mut self, markup: std::fmt::Arguments<'_>) {
         let _ = self.out.write_fmt(markup);
     }
 
-    fn panel(&mut self, panel: &Panel, frame: &Frame, left: f64, x_axis: &Axis, x_label: Option<&str>) {
+    fn panel(&mut self, panel: &'a Panel, frame: &Frame, left: f64, x_axis: &Axis, x_label: Option<&str>) {
         let text = self.size.text;
         let y_axis = y_axis(panel, frame.height / text);
         let left = frame.x + left;
@@ -157,12 +159,11 @@ impl Pen {
         self.out.push_str("</svg>");
     }
 
-    /// Title, unit and names over the panel; hands back how high it is.
-    fn legend(&mut self, panel: &Panel, frame: &Frame) -> f64 {
+    /// Title, unit, and the names that no panel further up has; hands back how high it is.
+    fn legend(&mut self, panel: &'a Panel, frame: &Frame) -> f64 {
         let text = self.size.text;
         let row = 1.45 * text;
         let (mut x, mut y) = (frame.x, frame.y + text);
-        let mut seen: Vec<(&str, &str)> = Vec::new();
         let mut place = |words: &str, swatch: f64| {
             let bold = if swatch == 0.0 { 1.1 } else { 1.0 };
             let length = swatch + bold * text_width(words, text);
@@ -183,10 +184,10 @@ impl Pen {
         }
         for layer in &panel.layers {
             let look = (layer.name(), colour(layer));
-            if look.0.is_empty() || seen.contains(&look) {
+            if look.0.is_empty() || self.told.contains(&look) {
                 continue;
             }
-            seen.push(look);
+            self.told.push(look);
             let (x, y) = place(look.0, 22.0);
             let swatch = swatch(layer, x, y - 0.35 * text);
             let words = escape::text(look.0);
@@ -208,7 +209,7 @@ struct Drawing<X, Y> {
 }
 
 impl<X: Fn(f64) -> Option<f64>, Y: Fn(f64) -> Option<f64>> Drawing<X, Y> {
-    fn layer(&self, pen: &mut Pen, layer: &Layer) {
+    fn layer(&self, pen: &mut Pen<'_>, layer: &Layer) {
         let ink = colour(layer);
         let most = (3.0 * (self.right - self.left)) as usize;
         match layer {

@@ -15,6 +15,10 @@ pub enum Status {
     CauseFound,
     /// The recording can't tell.
     CantTell,
+    /// A plan tells all causes apart that are left.
+    ToldApart,
+    /// Some of what was asked for comes out, not all.
+    InPart,
 }
 
 impl Status {
@@ -26,6 +30,8 @@ impl Status {
             Self::Drift => "Drift",
             Self::CauseFound => "Cause found",
             Self::CantTell => "Can't tell",
+            Self::ToldApart => "Told apart",
+            Self::InPart => "In part",
         }
     }
 
@@ -37,6 +43,8 @@ impl Status {
             Self::Drift => "drift",
             Self::CauseFound => "cause_found",
             Self::CantTell => "cant_tell",
+            Self::ToldApart => "told_apart",
+            Self::InPart => "in_part",
         }
     }
 }
@@ -60,8 +68,8 @@ impl KeyNumber {
 /// The answer to "what is wrong with this loop?", the same on page, terminal and in JSON.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// At a glance; none of what is not about one loop.
-    pub status: Option<Status>,
+    /// At a glance.
+    pub status: Status,
     /// One plain sentence.
     pub sentence: String,
     /// What else there is to say; may be empty.
@@ -75,7 +83,7 @@ impl Answer {
     pub fn to_json(&self) -> Value {
         let numbers: Vec<Value> =
             self.numbers.iter().map(|n| json!({"value": n.value, "label": n.label})).collect();
-        json!({"status": self.status.map(Status::name), "sentence": self.sentence, "also": self.also, "numbers": numbers})
+        json!({"status": self.status.name(), "sentence": self.sentence, "also": self.also, "numbers": numbers})
     }
 
     /// All that it says, for those who read it to find fault.

@@ -44,7 +44,7 @@ pub fn calibration(of: &Calibration) -> Answer {
             format!("to find a shift of 1 sigma, {} later than with exact knowledge", percent(late)),
         ));
     }
-    Answer { status: Some(status), sentence, also, numbers }
+    Answer { status, sentence, also, numbers }
 }
 
 /// Whether a warning leaves the reader something to do: what the thresholds allow for already is a note.

@@ -13,7 +13,7 @@ const NAMED: usize = 3;
 pub fn diagnosis(found: &Diagnosis, clock: &Clock, start_s: f64) -> Answer {
     let telling = Telling { found, clock, start_s, units: found.nominal.unit_names() };
     let (status, sentence, also) = telling.words();
-    Answer { status: Some(status), sentence, also, numbers: telling.numbers(status) }
+    Answer { status, sentence, also, numbers: telling.numbers(status) }
 }
 
 /// A term in a sentence, its numbers with the digits that their intervals carry. Of friction by direction the plant's own is part:
@@ -52,6 +52,16 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
                 (0..named.term.parameters.len()).map(|i| rounded(number(i), widths(i))).collect();
             typographic((named.term.kind.says)(&numbers, &units))
         }
+    }
+}
+
+/// What a term says whose numbers have no interval.
+pub fn of_term(term: &Term, units: &UnitNames) -> String {
+    match term.parameters.as_slice() {
+        [level] if term.kind.name == "load_step" && *level < 0.0 => {
+            format!("A load of {} adds to the drive.", with_unit(plain(-level, 4), &units.drive))
+        }
+        _ => typographic(term.says(units)),
     }
 }
 

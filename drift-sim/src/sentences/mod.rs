@@ -15,7 +15,7 @@ mod quantity;
 pub use answer::{Answer, KeyNumber, Status};
 pub use calibration::{asks_for_action, calibration};
 pub use clock::Clock;
-pub use diagnosis::{diagnosis, may_be_nothing, parameter, says, sizes};
+pub use diagnosis::{diagnosis, may_be_nothing, of_term, parameter, says, sizes};
 pub use monitoring::{monitoring, pinned, side_name};
 pub use planning::{chance, planning};
 pub(crate) use quantity::with_carets;

@@ -50,12 +50,7 @@ pub fn monitoring(summary: &Summary, clock: &Clock) -> Answer {
     }
     // A loop with nothing left to give is not healthy, whatever its channels say.
     let status = if summary.pinned.is_some() && status == Status::Healthy { Status::Suspect } else { status };
-    Answer {
-        status: Some(status),
-        sentence,
-        also: also.join(" "),
-        numbers: numbers(summary, event.or(open), clock),
-    }
+    Answer { status, sentence, also: also.join(" "), numbers: numbers(summary, event.or(open), clock) }
 }
 
 fn came_back(summary: &Summary) -> String {

@@ -196,13 +196,19 @@ pub fn simple_unit(unit: &str) -> String {
 
 /// A rate in units a second as one in units a minute, hour or day, where it is easier to imagine: the factor, and the unit.
 pub fn rate(value: f64, unit: &str) -> (f64, String) {
-    let Some(of) = unit.strip_suffix("/s").filter(|of| !of.contains('(') || of.ends_with(')')) else {
-        return (1.0, unit.to_owned());
+    let of = unit.strip_suffix("/s").filter(|of| !of.contains('(') || of.ends_with(')'));
+    // Of a number without a unit, `per` is all that there is.
+    let of = match unit {
+        "per s" => "per ".to_owned(),
+        unit => match of {
+            Some(of) => format!("{of}/"),
+            None => return (1.0, unit.to_owned()),
+        },
     };
     let spans = [(1.0, "s"), (60.0, "min"), (3600.0, "h"), (86_400.0, "day")];
     let (factor, span) =
         spans.into_iter().find(|(factor, _)| value.abs() * factor >= 0.05).unwrap_or(spans[3]);
-    (factor, format!("{of}/{span}"))
+    (factor, of + span)
 }
 
 /// `4.1 sigma`; what is far outside has no number.

@@ -5,9 +5,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output};
 
 fn drift(path: &std::path::Path, arguments: &[&str]) -> Output {
-    // A copy of its own: beside the one that cargo has built there may be a drift-fleet.
+    // A copy of its own: beside the one that cargo has built there may be a drift-fleet. Another process writes it: a program that another
+    // test starts meanwhile would hold a file of ours open, and what is open for writing can't be run.
     let own = path.join("drift");
-    std::fs::copy(env!("CARGO_BIN_EXE_drift"), &own).unwrap();
+    assert!(Command::new("cp").arg(env!("CARGO_BIN_EXE_drift")).arg(&own).status().unwrap().success());
     Command::new(own)
         .arg("fleet")
         .args(arguments)

@@ -157,3 +157,23 @@ fn init_finds_the_law_beside_a_manual_stretch() {
     // Without the mode it can't be found.
     assert_eq!(law(&drift("init man.csv --when always"))[1], "kind = \"recorded\"");
 }
+
+/// What `diagnose` and the others guess of a file is told on standard error, a note a paragraph, in the width of the window.
+#[test]
+fn notes_are_paragraphs_of_the_windows_width() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..60).map(|k| format!("{k},40,{},{},AUTO\n", 20 + k % 7, 60 - k % 5)).collect();
+    let text = format!("Exported by Logger 3\nTime,TIC101.SP,TIC101.PV,TIC101.OP,TIC101.MODE\n{rows}");
+    std::fs::write(folder.path().join("log.csv"), text).unwrap();
+    let out = std::process::Command::new(env!("CARGO_BIN_EXE_drift"))
+        .current_dir(folder.path())
+        .args(["init", "log.csv", "-o", "loop.toml"])
+        .output()
+        .unwrap();
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert!(told.contains("note: log.csv: columns guessed by their names"), "{told}");
+    assert!(
+        told.matches("note: ").count() > 1 && told.lines().all(|line| line.chars().count() <= 80),
+        "{told}"
+    );
+}

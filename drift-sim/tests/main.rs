@@ -12,6 +12,7 @@ mod calibration;
 mod calibration_promise;
 mod design_command;
 mod diagnose;
+mod diagnose_command;
 mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;

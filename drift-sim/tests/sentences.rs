@@ -33,12 +33,18 @@ fn fault(text: &str) -> Option<String> {
         if bare.parse::<f64>().is_ok() && bare.contains('e') {
             return Some(format!("an exponent: {word}"));
         }
-        if ["NaN", "inf", "-inf", "-0"].contains(&bare) {
+        let is_less_than_nothing = bare.starts_with(['-', '\u{2212}']) && number(bare) == Some(0.0);
+        if ["NaN", "inf", "-inf"].contains(&bare) || is_less_than_nothing {
             return Some(format!("no number: {word}"));
         }
         let digits = bare.trim_start_matches(['-', '0', '.']).chars().filter(char::is_ascii_digit).count();
         if bare.contains('.') && number(word).is_some() && digits > 7 {
             return Some(format!("{digits} digits: {word}"));
+        }
+    }
+    for unit in ["drive unit", "speed unit", "position unit", "y unit", "u unit"] {
+        if text.contains(unit) {
+            return Some(format!("a unit that nobody knows: {unit}"));
         }
     }
     for pair in words.windows(2) {
@@ -93,6 +99,8 @@ fn what_must_not_be_said_is_found() {
         "20.812345 \u{b1} 0.4 N",
         "it is 0.123456789 V",
         "a load of -0 N",
+        "gains -0.0 in log-likelihood over the refitted model",
+        "level 0.0147 drive unit",
     ] {
         assert!(fault(bad).is_some(), "{bad}");
     }

@@ -32,7 +32,7 @@ Examples:
   drift demo
   drift look recording.csv
   drift init recording.csv -o loop.toml
-  drift diagnose recording.csv --loop loop.toml --report page.html
+  drift diagnose recording.csv --report page.html
   drift calibrate healthy.csv -o baseline.toml
   drift monitor recording.csv --baseline baseline.toml")]
 struct Arguments {

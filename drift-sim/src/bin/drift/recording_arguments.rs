@@ -7,6 +7,7 @@ use drift_sim::Result;
 use drift_sim::recording::{
     ColumnMap, DateOrder, Overview, ReadOptions, Recording, RecordingStream, Repeated, When,
 };
+use drift_sim::terminal::Terminal;
 
 /// How recordings are read.
 #[derive(Args, Debug, Clone, Default)]
@@ -74,10 +75,11 @@ impl RecordingArguments {
     }
 }
 
-/// One line on standard error, so that nothing that was guessed stays hidden.
+/// A paragraph each on standard error, so that nothing that was guessed stays hidden.
 fn tell(name: &str, notes: &[String]) {
-    if !notes.is_empty() {
-        eprintln!("{name}: {}", notes.join("; "));
+    let here = Terminal::here();
+    for note in notes {
+        eprint!("{}", here.wrapped("note: ", &format!("{name}: {note}")));
     }
 }
 

@@ -362,6 +362,30 @@ fn a_sticking_valve_is_found_to_a_part_in_a_hundred() {
     }
 }
 
+const LEVEL: &str = "[loop]\nsample_time_s = 1.0\n[units]\nr = \"%\"\ny = \"%\"\nu = \"%\"\n\
+    [controller]\nkind = \"pi\"\nkp = 6.0\nki = 0.02\nu_min = -100.0\nu_max = 100.0\n\
+    [plant]\nkind = \"transfer-function\"\nnum = [0.007]\nden = [1.0, 0.0]\n[sensor]\nnoise = 0.03\n";
+
+/// A tank's level over a valve with a dead zone, of which neither plant nor law is known. Beside nothing a motor with friction fits as well as a tank: the
+/// plant is identified anew beside the dead zone, and a tank needs fewer numbers.
+#[test]
+#[ignore = "slow: a diagnosis of an unknown plant"]
+fn an_unknown_plant_is_identified_anew_beside_what_leads() {
+    let tank = Loop::parse(LEVEL, "loop.toml").unwrap();
+    let truth =
+        Loop { physics: vec![Term::new("dead_zone", &[("half_width", 0.5)]).unwrap()], ..tank.clone() };
+    let r: Vec<f64> = (0..12_000).map(|n| 50.0 + 5.0 * (0.004 * f64::from(n)).sin()).collect();
+    let trace = simulate(&truth, &r, &[], 5, None).unwrap();
+    let state = vec![RowState::Valid; r.len()];
+    let recording =
+        Recording { sample_time_s: 1.0, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+    let unknown = Loop { plant: Plant::Identify, controller: Controller::Recorded, ..tank };
+    let found = diagnose(&[Signals::new(&recording, &unknown).unwrap()], None, &unknown).unwrap();
+    let named = found.physics.first().unwrap();
+    assert_eq!(named.term.kind.name, "dead_zone");
+    assert!((named.term.parameters[0] - 0.5).abs() < 0.05, "{:?}", named.term.parameters);
+}
+
 #[test]
 fn no_recording_is_one_line() {
     let error = diagnose(&[], None, &unknown_plant()).unwrap_err().to_string();

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from answered_unit import truth_as_answered, unknown_drive
 from kinds import place
 from oracle import missed, oracle
 
@@ -58,8 +59,8 @@ def diagnose(tool, folder):
         return json.load(file), took, None
 
 
-def judge(found, label):
-    """The scores that need the diagnosis and the label alone."""
+def judge(found, label, drive=None):
+    """The scores that need the diagnosis, the label and the drive (answered_unit) alone."""
     out = dict(verdict=found.get("verdict"))
     there = set(label.get("there") or []) - {label["kind"], label.get("also")}
     named = [p for p in found.get("physics") or [] if p["kind"] not in there]
@@ -82,18 +83,19 @@ def judge(found, label):
     if label["onset_s"] > 0 and found.get("onset_s") is not None:
         out["onset_error_s"] = abs(found["onset_s"] - label["onset_s"])
     if out["exact"]:
-        out.update(numbers(first, label))
+        out.update(numbers(first, label, drive))
     return out
 
 
-def numbers(named, label):
-    """The worst relative error of the named kind's numbers, and which of their intervals cover the truth."""
+def numbers(named, label, drive=None):
+    """The worst relative error of the named kind's numbers, and which of their intervals cover the truth, in the unit of the answer."""
     got = {p["name"]: p for p in named.get("parameters", [])}
     errors, covers = [], []
     for name, true in label["params"].items():
         if name not in got or not true:
             errors.append(float("inf"))
             continue
+        true = truth_as_answered(true, got[name], drive)
         value, interval = got[name]["value"], got[name].get("ci95")
         if label["kind"] in EITHER_SIGN and value * true < 0:
             value, interval = -value, interval and [-interval[1], -interval[0]]
@@ -112,7 +114,7 @@ def score(tool, folder, label):
     out["seconds"] = took
     if error:
         return dict(out, error=error)
-    out.update(judge(found, label))
+    out.update(judge(found, label, unknown_drive(folder)))
     if not quiet and os.path.exists(os.path.join(folder, "improved.toml")):
         before, after = (fit_of_u(tool, folder, model) for model in ("loop.toml", "improved.toml"))
         if before is not None and after is not None:

@@ -34,6 +34,15 @@ class Judge(unittest.TestCase):
         self.assertTrue(wrong["decided"] and not wrong["right"])
         self.assertFalse(score.judge(found(verdict="undecided"), coulomb)["decided"])
 
+    def test_a_force_that_no_newton_is_known_of_is_compared_in_the_unit_of_u(self):
+        answer = named("coulomb_friction", level=(0.5, [0.45, 0.55]))
+        answer["parameters"][0]["unit"] = "V"
+        truth = label("coulomb_friction", level=15.0)
+        self.assertEqual(score.judge(found(answer), truth, ("V", 30.0))["ci_covers"], [True])
+        self.assertEqual(score.judge(found(answer), truth)["ci_covers"], [False])
+        answer["parameters"][0]["unit"] = "N"
+        self.assertEqual(score.judge(found(answer), truth, ("V", 30.0))["ci_covers"], [False])
+
     def test_what_the_noise_truly_is_counts_neither_way(self):
         jumps = label("cogging", there=["load_step", "injected_signal"], amplitude=1.0)
         out = score.judge(found(named("load_step"), named("cogging")), jumps)

@@ -123,6 +123,11 @@ fn concluded(
             let plants =
                 plants::with_actuators(plants, &law.model, recordings, fitted, (is_plant_open, options));
             let (found, first) = likeliest_with_physics(plants, options)?;
+            let (found, first) = if is_plant_open {
+                identified_again(found, first, &law.model, &parts, options)
+            } else {
+                (found, first)
+            };
             let search = Search { data: &found.data, options, is_plant_open };
             let result = search.run(search.with_own_lags(first));
             if result.is_noise || !is_guessed {
@@ -231,6 +236,38 @@ fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(
     let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let field = sketch.finished(&plant.nominal, &plant.data);
     Some((plant, field))
+}
+
+/// Gain of the leading kind from which an unknown plant is identified anew beside it.
+const LEADS: f64 = 15.0;
+
+/// An unknown plant and its field; where a kind leads, identified anew beside that kind, if that is likelier: the plant was identified beside nothing,
+/// and may have taken up what is missing.
+fn identified_again(
+    found: Identified,
+    field: Field,
+    model: &Loop,
+    parts: &Parts,
+    options: &Options,
+) -> (Identified, Field) {
+    let again = || {
+        let leading = field.rivals.first().filter(|rival| field.gain(rival) > LEADS)?;
+        let term = leading.fit.hypothesis.realise(&leading.fit.point)?.model.physics.pop()?;
+        stage::begins("the plant's own numbers, beside what leads", 0);
+        let Candidate { plant, offered } =
+            plants::beside_leading(&term, model, &parts.recordings, &parts.fitted, options)?;
+        let offered_at = offered.iter().map(|(_, fit)| fit.objective()).fold(f64::INFINITY, f64::min);
+        let is_likelier =
+            offered_at + plant.cost() + 2.0 * options.margin < leading.fit.objective() + found.cost();
+        if !is_likelier {
+            return None;
+        }
+        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+        offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
+        let field = sketch.finished(&plant.nominal, &plant.data);
+        Some((plant, field))
+    };
+    again().unwrap_or((found, field))
 }
 
 /// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.

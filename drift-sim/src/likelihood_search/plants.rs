@@ -88,9 +88,11 @@ pub fn likeliest(
     } else {
         (healthy, healthy.iter().map(Signals::len).collect())
     };
-    let mut found: Vec<Identified> = of_each_structure(model, of, &until, &options)
+    let identification = Identification { model, beside: None, of, until: &until, options: &options };
+    let mut found: Vec<Identified> = identification
+        .of_each_structure()
         .iter()
-        .filter_map(|found| with(found, &options, true))
+        .filter_map(|(found, _)| with(found, &options, true))
         .collect();
     found.sort_by(|a, b| (a.nominal.objective() + a.cost()).total_cmp(&(b.nominal.objective() + b.cost())));
     found
@@ -156,7 +158,8 @@ fn behind(
     let at_work = Loop { physics: vec![term.clone()], ..model.clone() };
     let moved = |signals: &Signals| Signals { u: actuated(&at_work, &signals.u), ..signals.clone() };
     let of: Vec<Signals> = recordings.iter().map(moved).collect();
-    let found = of_each_structure(model, &of, fitted, &options).into_iter().next()?;
+    let identification = Identification { model, beside: None, of: &of, until: fitted, options: &options };
+    let (found, _) = identification.of_each_structure().into_iter().next()?;
     let hypothesis = super::hypothesis(&found, recordings, &options);
     let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
     let plant = Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: true };
@@ -164,60 +167,110 @@ fn behind(
     Some(Candidate { plant, offered })
 }
 
-/// The loop with the likeliest plant of each structure, of those that are not far behind.
-fn of_each_structure(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<Loop> {
-    let begun = begun(model, of, until, options);
-    let objective = |fit: &Fit| fit.objective() + cost(fit);
-    // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
-    let mut fits: Vec<(usize, Fit)> = (0..STRUCTURES)
-        .into_par_iter()
-        .filter_map(|structure| {
-            let own = begun.iter().filter(|(of, _)| *of == structure);
-            let (_, coarse) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
-            let plant = coarse.hypothesis.realise(&coarse.point)?.model.plant;
-            fitted(Loop { plant, ..model.clone() }, of, until, MORE_STEPS, options)
-                .map(|fit| (structure, fit))
-        })
-        .collect();
-    fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
-    let Some(best) = fits.first().map(|(_, fit)| objective(fit)) else { return Vec::new() };
-    let mut kept: Vec<usize> = Vec::new();
-    let mut loops = Vec::new();
-    for (structure, fit) in &fits {
-        let is_near = objective(fit) < best + BEHIND * fit.rows.count as f64;
-        if kept.contains(structure) || kept.len() == KEPT || !is_near {
-            continue;
-        }
-        let Some(realised) = fit.hypothesis.realise(&fit.point) else { continue };
-        kept.push(*structure);
-        let mut found = super::conclude::as_file(&realised.model, realised.constant_load);
-        // A load that stays is free in every fit.
-        found.physics.truncate(model.physics.len());
-        let units = units::beside(&found.plant, &found.units);
-        loops.push(Loop { sensor: model.sensor, units, ..found });
-    }
-    loops
+/// An unknown plant identified anew beside a term that leads the others beside another plant: what that plant had taken up of the term's effect goes to
+/// the term.
+pub fn beside_leading(
+    term: &Term,
+    model: &Loop,
+    recordings: &[Signals],
+    fitted: &[usize],
+    options: &Options,
+) -> Option<Candidate> {
+    let options = guessing(options);
+    let identification =
+        Identification { model, beside: Some(term), of: recordings, until: fitted, options: &options };
+    let (found, term) = identification.of_each_structure().into_iter().next()?;
+    let hypothesis = super::hypothesis(&found, recordings, &options);
+    let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
+    let term = term?;
+    let offered = vec![(term.kind, nominal::fit(&hypothesis.with(term), &data)?)];
+    let plant = Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: true };
+    Some(Candidate { plant, offered })
 }
 
-/// Short fits of all structures from all their time constants, with their structures; long recordings in coarser samples.
-fn begun(model: &Loop, of: &[Signals], until: &[usize], options: &Options) -> Vec<(usize, Fit)> {
-    let longest = until.iter().max().copied().unwrap_or(0);
-    let factor = (longest / ENOUGH).clamp(1, COARSEST);
-    let direction = direction(of);
-    let of: Vec<Signals> = of.iter().map(|signals| signals.coarser(factor)).collect();
-    let until: Vec<usize> = until.iter().map(|samples| samples / factor).collect();
-    let model = Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() };
-    let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
-    let plants = structures(&measure::scales(&model, &of), &signs).into_par_iter().enumerate();
-    plants
-        .filter_map(|(i, plant)| {
-            if !units::suit(&model.units, &plant) {
-                return None;
+/// What an unknown plant is identified from.
+struct Identification<'a> {
+    /// The loop around it.
+    model: &'a Loop,
+    /// A term that acts on it, its numbers free.
+    beside: Option<&'a Term>,
+    /// Recordings, and how much of each counts.
+    of: &'a [Signals],
+    until: &'a [usize],
+    options: &'a Options,
+}
+
+impl Identification<'_> {
+    /// The loop with the likeliest plant of each structure, of those that are not far behind, and the term beside it.
+    fn of_each_structure(&self) -> Vec<(Loop, Option<Term>)> {
+        let begun = self.begun();
+        let objective = |fit: &Fit| fit.objective() + cost(fit);
+        // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
+        let mut fits: Vec<(usize, Fit)> = (0..STRUCTURES)
+            .into_par_iter()
+            .filter_map(|structure| {
+                let own = begun.iter().filter(|(of, _)| *of == structure);
+                let (_, coarse) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
+                let mut found = coarse.hypothesis.realise(&coarse.point)?.model;
+                let term = self.beside.and_then(|_| found.physics.pop());
+                let finer = Identification { beside: term.as_ref(), ..*self };
+                finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
+            })
+            .collect();
+        fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
+        let Some(best) = fits.first().map(|(_, fit)| objective(fit)) else { return Vec::new() };
+        let mut kept: Vec<usize> = Vec::new();
+        let mut loops = Vec::new();
+        for (structure, fit) in &fits {
+            let is_near = objective(fit) < best + BEHIND * fit.rows.count as f64;
+            if kept.contains(structure) || kept.len() == KEPT || !is_near {
+                continue;
             }
-            let fit = fitted(Loop { plant, ..model.clone() }, &of, &until, STEPS, options)?;
-            Some((i % STRUCTURES, fit))
-        })
-        .collect()
+            let Some(mut realised) = fit.hypothesis.realise(&fit.point) else { continue };
+            kept.push(*structure);
+            let term = self.beside.and_then(|_| realised.model.physics.pop());
+            let mut found = super::conclude::as_file(&realised.model, realised.constant_load);
+            // A load that stays is free in every fit.
+            found.physics.truncate(self.model.physics.len());
+            let units = units::beside(&found.plant, &found.units);
+            loops.push((Loop { sensor: self.model.sensor, units, ..found }, term));
+        }
+        loops
+    }
+
+    /// Short fits of all structures from all their time constants, with their structures; long recordings in coarser samples.
+    fn begun(&self) -> Vec<(usize, Fit)> {
+        let longest = self.until.iter().max().copied().unwrap_or(0);
+        let factor = (longest / ENOUGH).clamp(1, COARSEST);
+        let direction = direction(self.of);
+        let of: Vec<Signals> = self.of.iter().map(|signals| signals.coarser(factor)).collect();
+        let until: Vec<usize> = self.until.iter().map(|samples| samples / factor).collect();
+        let sample_time_s = factor as f64 * self.model.sample_time_s;
+        let model = Loop { sample_time_s, ..self.model.clone() };
+        let coarser = Identification { model: &model, of: &of, until: &until, ..*self };
+        let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
+        let plants = structures(&measure::scales(&model, &of), &of, &signs).into_par_iter().enumerate();
+        plants
+            .filter(|(_, plant)| units::suit(&model.units, plant))
+            .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))
+            .filter_map(|(i, plant)| Some((i % STRUCTURES, coarser.fitted(plant, STEPS)?)))
+            .collect()
+    }
+
+    /// A fit from a plant and a random load of middling size.
+    fn fitted(&self, plant: Plant, steps: usize) -> Option<Fit> {
+        let model = Loop { plant, ..self.model.clone() };
+        let plain = super::hypothesis(&model, self.of, self.options);
+        let hypothesis = match self.beside {
+            Some(term) => plain.with(term.clone()),
+            None => plain,
+        };
+        let data = Data::new(&hypothesis, self.of.to_vec(), self.until.to_vec());
+        let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
+        let mut fit = Fit::at(&hypothesis, &point, &data)?;
+        fit.descend(&data, steps, &[]);
+        Some(fit)
+    }
 }
 
 /// Correlation of the changes of u with those of the error from which a law is taken to act on the error.
@@ -242,29 +295,46 @@ fn direction(recordings: &[Signals]) -> f64 {
     if correlation.abs() > ACTS { correlation.signum() } else { 0.0 }
 }
 
-/// A fit from a loop's plant and a load of middling size.
-fn fitted(model: Loop, of: &[Signals], until: &[usize], steps: usize, options: &Options) -> Option<Fit> {
-    let hypothesis = super::hypothesis(&model, of, options);
-    let data = Data::new(&hypothesis, of.to_vec(), until.to_vec());
-    let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
-    let mut fit = Fit::at(&hypothesis, &point, &data)?;
-    fit.descend(&data, steps, &[]);
-    Some(fit)
-}
-
 /// Structures that are tried.
 const STRUCTURES: usize = 6;
 
-/// Plants of each structure over their time constants and the signs of their gain, structure by structure in turn; gains follow from the sizes of u
-/// and y.
-fn structures(scales: &Scales, signs: &[f64]) -> Vec<Plant> {
+/// Factor by which two gains differ that are both tried.
+const OTHER_GAIN: f64 = 3.0;
+
+/// Plants of each structure over their time constants and the gains at each, structure by structure in turn.
+fn structures(scales: &Scales, of: &[Signals], signs: &[f64]) -> Vec<Plant> {
     let ts = scales.sample_time_s;
     let shortest = SHORTEST_SAMPLES * ts;
     let longest = (LONGEST_PART * scales.duration_s).max(2.0 * shortest);
     let ratio = longest / shortest;
     let times = (0..TIMES).map(|i| shortest * libm::pow(ratio, i as f64 / (TIMES - 1) as f64));
-    let each = times.flat_map(|time| signs.iter().map(move |sign| (time, *sign)));
-    each.flat_map(|(time, sign)| of_time(scales, time, sign * scales.y / scales.u)).collect()
+    let gains = |time: f64| {
+        let of_sizes = scales.y / scales.u;
+        let of_changes = gain_of_changes(of, (time / ts) as usize, scales.noise);
+        let is_other = |gain: &f64| (gain / of_sizes).max(of_sizes / gain) > OTHER_GAIN;
+        std::iter::once(of_sizes).chain(of_changes.filter(is_other))
+    };
+    let each = times.flat_map(|time| gains(time).map(move |gain| (time, gain)));
+    let signed = each.flat_map(|(time, gain)| signs.iter().map(move |sign| (time, sign * gain)));
+    signed.flat_map(|(time, gain)| of_time(scales, time, gain)).collect()
+}
+
+/// Changes of y over so many samples, less the noise's, over those of u. The sizes of y and u tell no gain where u makes up for a load and y stays.
+fn gain_of_changes(of: &[Signals], lag: usize, noise: f64) -> Option<f64> {
+    let (mut of_y, mut of_u, mut count) = (0.0, 0.0, 0.0_f64);
+    for signals in of {
+        let later = signals.y.iter().zip(&signals.u).skip(lag);
+        for ((y, u), (later_y, later_u)) in signals.y.iter().zip(&signals.u).zip(later) {
+            let (y, u) = (later_y - y, later_u - u);
+            if y.is_finite() {
+                of_y += y * y;
+                of_u += u * u;
+                count += 1.0;
+            }
+        }
+    }
+    let gain = libm::sqrt((of_y - 2.0 * noise * noise * count).max(0.0) / of_u);
+    (gain.is_finite() && gain > 0.0).then_some(gain)
 }
 
 /// One plant of each structure.
@@ -297,4 +367,21 @@ fn of_time(scales: &Scales, time: f64, gain: f64) -> [Plant; STRUCTURES] {
             d: 0.0,
         }),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gain_of_changes;
+    use crate::estimate::signals::Signals;
+
+    /// u makes up for a load that grows and moves y to and fro: the gain is that of the motion, twice too small by the deviations.
+    #[test]
+    fn a_loop_at_rest_tells_its_gain_by_its_changes() {
+        let wave = |n: usize| if n % 20 < 10 { 1.0 } else { -1.0 };
+        let y: Vec<f64> = (0..2000).map(|n| 50.0 + 1.4 * wave(n)).collect();
+        let u: Vec<f64> = (0..2000).map(|n| wave(n) + 0.02 * n as f64).collect();
+        let signals = Signals { y, u, sample_time_s: 1.0, ..Signals::default() };
+        let gain = gain_of_changes(&[signals], 10, 0.0).unwrap();
+        assert!((gain / 1.4 - 1.0).abs() < 0.01, "{gain}");
+    }
 }

@@ -1,0 +1,27 @@
+"""The truth in the unit of the answer. Where nothing tells an actuator's gain, a diagnosis gives forces in the unit of u ("0.85 V of dry
+friction"): r, y and u hold no newton. The truth is compared in that unit."""
+import os
+import tomllib
+
+
+def load(folder, name):
+    path = os.path.join(folder, name)
+    if not os.path.exists(path):
+        return {}
+    with open(path, "rb") as file:
+        return tomllib.load(file)
+
+
+def unknown_drive(folder):
+    """(unit of u, force per unit of u) where the actuator's gain is unknown to the diagnosis; else None."""
+    stated, truth = load(folder, "loop.toml"), load(folder, "truth.toml")
+    unit, gain = stated.get("units", {}).get("u"), truth.get("plant", {}).get("actuator_gain")
+    is_open = stated.get("plant", {}).get("kind") == "identify"
+    return (unit, gain) if is_open and unit and gain else None
+
+
+def truth_as_answered(true, parameter, drive):
+    """A true number in the unit in which this parameter of a diagnosis stands."""
+    if drive and parameter.get("unit", "").split("/")[0].split(" ")[0] == drive[0]:
+        return true / drive[1]
+    return true

@@ -83,6 +83,10 @@ fn begins_at_once(kind: &Kind) -> bool {
     matches!(kind.search, Starts::Onset(_) | Starts::NoiseChange)
 }
 
+fn grows(kind: &Kind) -> bool {
+    matches!(kind.search, Starts::Ramp(_))
+}
+
 /// Numbers that a descent can't move: those of a last term that has no slope.
 pub fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
     let Some(last) = hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
@@ -260,7 +264,7 @@ fn better(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
     }
 }
 
-/// Every kind again from the shared numbers of the best one, and steps also from where the best step begins.
+/// Every kind again from the shared numbers of the best one; what begins at once, or grows from some time on, also from when the best of those begins.
 fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -> Vec<(&'static Kind, Fit)> {
     let gain = |fit: &Fit| 0.5 * (base.objective() - fit.objective());
     let Some((leader, best)) =
@@ -273,23 +277,22 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
     }
     let Some(shared) = Fit::at(&base.hypothesis, &shared_point(base, &best), data) else { return short };
     let Some(from) = Base::new(&shared, data) else { return short };
-    let steps = short.iter().filter(|(kind, fit)| begins_at_once(kind) && gain(fit) > LEADS);
-    let best_step = steps
-        .min_by(|a, b| a.1.objective().total_cmp(&b.1.objective()))
-        .map(|(kind, fit)| (*kind, fit.clone()));
+    let earliest = |is_of: fn(&Kind) -> bool| {
+        let likely = short.iter().filter(|(kind, fit)| is_of(kind) && gain(fit) > LEADS);
+        let (kind, fit) = likely.min_by(|a, b| a.1.objective().total_cmp(&b.1.objective()))?;
+        Some((*kind, onset_of(fit)?))
+    };
+    let (step, ramp) = (earliest(begins_at_once), earliest(grows));
     short.par_iter_mut().filter(|(kind, _)| *kind != leader).for_each(|(kind, fit)| {
         let mut tried: Vec<Option<Fit>> = begins(&from, kind)
             .first()
             .map(|begin| tried_from(&from, begin, kind, data))
             .into_iter()
             .collect();
-        if let Some((of, step)) = &best_step
-            && begins_at_once(kind)
-            && of != kind
-            && let Some(onset) = step.point.onsets.last()
-        {
+        let alike = if begins_at_once(kind) { step } else { ramp.filter(|_| grows(kind)) };
+        if let Some((_, onset_s)) = alike.filter(|(of, _)| of != kind) {
             for side in [0.15, -0.15] {
-                tried.push(at_onset(fit, &from, *onset, side, data));
+                tried.push(at_onset(fit, &from, onset_s, side, data));
             }
         }
         for trial in tried.into_iter().flatten() {
@@ -301,14 +304,23 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
     short
 }
 
-/// A kind that begins at once, from another's onset.
+/// When the last candidate begins.
+fn onset_of(fit: &Fit) -> Option<f64> {
+    Some(fit.hypothesis.realise(&fit.point)?.model.physics.last()?.onset_s)
+}
+
+/// A kind from another's onset.
 fn at_onset(fit: &Fit, from: &Base<'_>, onset_s: f64, size: f64, data: &Data) -> Option<Fit> {
     let hypothesis = fit.hypothesis.clone();
     let mut point = hypothesis.widen(&from.fit.hypothesis, &from.fit.point);
     let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
     let free = hypothesis.free.get(place)?;
     *point.x.get_mut(place)? = size.clamp(free.low, free.high);
-    *point.onsets.last_mut()? = onset_s;
+    let last = hypothesis.model.physics.len() - 1;
+    match hypothesis.place(Target::Onset(last)) {
+        Some(onset) => *point.x.get_mut(onset)? = hypothesis.free.get(onset)?.x_of(onset_s),
+        None => *point.onsets.last_mut()? = onset_s,
+    }
     descended(&Begin { score: 0.0, hypothesis, point, onset_s }, data)
 }
 

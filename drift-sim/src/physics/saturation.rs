@@ -18,7 +18,7 @@ pub(super) static KIND: Kind = Kind {
         _ => [1.0, 2.0].iter().map(|k| vec![-k * s.u_scale, k * s.u_scale]).collect(),
     },
     search: Starts::Grid(|s| {
-        let shares = [0.97, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4];
+        let shares = [0.97, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
         let both = s.u_sizes.iter().copied().chain(shares.map(|part| part * s.u_most));
         let mut starts = grid(both, |limit| vec![-limit, limit]);
         starts.extend(grid(s.u_upper.iter().copied(), |limit| vec![s.u_lowest, limit]));

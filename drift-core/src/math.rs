@@ -45,7 +45,7 @@ mod chosen {
     }
 }
 
-#[cfg(any(not(feature = "micromath"), test))]
+#[cfg(any(not(feature = "micromath"), all(test, feature = "libm")))]
 mod exact {
     use super::{SOFT_FLOAT, exceeds};
 

@@ -2,8 +2,10 @@
 //! few windows can honestly promise.
 
 mod at;
+mod back;
 
 pub use at::CommissioningAt;
+pub use back::{LearntOrder, MemoryCommissioning, Order, OrderAt};
 
 use crate::channel::{Baseline, ChannelKind, ChannelReport};
 use crate::config::Config;

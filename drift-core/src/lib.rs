@@ -13,7 +13,7 @@
 //! * [`Verdict`]: disturbance or drift, with the refitted curve (equations 8 and 9).
 //! * [`Options`]: what a monitor can do, as a type; what is not chosen is not linked.
 //! * [`Plan`] (checked configuration, in flash) and [`State`], or both in one [`Monitor`].
-//! * [`Commissioning`], [`CommissioningAt`]: learn the baseline in place. [`Plan::save`], [`Plan::restore`]: across a reset.
+//! * [`Commissioning`], [`CommissioningAt`], [`MemoryCommissioning`]: learn the baseline in place, with a measured operating point, with a memory. [`Plan::save`], [`Plan::restore`]: across a reset.
 //!
 //! ```
 //! use drift_core::{
@@ -68,13 +68,16 @@ mod report;
 mod sample;
 mod store;
 mod trace;
+mod triangle;
 mod window;
 
 pub use blanking::{BlankTicks, Blanking, BlankingKind, BlankingState, Blanks};
 pub use channel::{
     Baseline, Channel, ChannelKind, ChannelMeaning, ChannelReport, ChannelRow, FaultCurve, Moved,
 };
-pub use commissioning::{Commissioning, CommissioningAt, NotReady, honest_arl0};
+pub use commissioning::{
+    Commissioning, CommissioningAt, LearntOrder, MemoryCommissioning, NotReady, Order, OrderAt, honest_arl0,
+};
 pub use config::{Config, ConfigError, Saturation};
 pub use course::{Curve, Decision, Refitted, Verdict};
 pub use detector::{

@@ -124,6 +124,16 @@ impl LastWindows {
         (self.x, self.value) = ([x, x1, x2], [value, v1, v2]);
         self.windows = self.windows.saturating_add(1);
     }
+
+    /// Windows since the last hole, of which three at most are remembered.
+    pub(crate) const fn windows(&self) -> u8 {
+        self.windows
+    }
+
+    /// (x, value) of each, the newest first.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (f32, f32)> + '_ {
+        self.x.iter().copied().zip(self.value.iter().copied())
+    }
 }
 
 impl MemoryKind for Remembering {

@@ -13,6 +13,7 @@ mod command;
 mod core_channels;
 mod core_commissioning;
 mod core_decision;
+mod core_memory_commissioning;
 mod core_operating_point;
 mod core_precision;
 mod core_run_length;

@@ -344,6 +344,11 @@
 #define DRIFT_STATE_BYTES 1400
 
 /*
+ 64-bit words of a commissioning with a memory.
+ */
+#define DRIFT_MEMORY_COMMISSIONING_WORDS 36
+
+/*
  Bytes of a report.
  */
 #define DRIFT_REPORT_BYTES 296
@@ -911,6 +916,16 @@ typedef struct drift_monitor_t {
 } drift_monitor_t;
 
 /*
+ What was learnt so far of one channel.
+ */
+typedef struct drift_memory_commissioning_t {
+  /*
+   Not to be touched.
+   */
+  uint64_t words[DRIFT_MEMORY_COMMISSIONING_WORDS];
+} drift_memory_commissioning_t;
+
+/*
  Why a tick brings no sample.
  */
 typedef uint32_t drift_without_t;
@@ -1035,6 +1050,37 @@ drift_code_t drift_full_at_init(struct drift_monitor_t *memory,
 drift_code_t drift_full_at_i32_init(struct drift_monitor_t *memory,
                                     uint32_t words,
                                     const struct drift_config_t *config);
+
+/*
+ Nothing learnt yet of the channel at this place, from 0: the effort channel's, as a rule.
+
+ # Safety
+ A pointer that is neither null nor misaligned points to memory of its type.
+ */
+drift_code_t drift_memory_commissioning_start(struct drift_memory_commissioning_t *learning,
+                                              uint32_t channel);
+
+/*
+ Adds one healthy decision. Give it every report in order, of windows that do not overlap: one that is not valid, or left
+ out, is a hole that the memory does not reach across.
+
+ # Safety
+ As for drift_memory_commissioning_start, which was called before.
+ */
+drift_code_t drift_memory_commissioning_learn(struct drift_memory_commissioning_t *learning,
+                                              const struct drift_report_t *report);
+
+/*
+ Writes baseline and memory of that channel into the configuration, and, where the reports came with an operating point, what it
+ adds. The order is the one that pays, 0 to 3: DRIFT_NOT_LINKED from an init says that its kind has no memory.
+ DRIFT_TOO_FEW_WINDOWS (100 with three windows before them are needed, 200 for an order of 3), DRIFT_NO_SCATTER or
+ DRIFT_POINT_STANDS_STILL, and nothing written, where they can't be had.
+
+ # Safety
+ As for drift_memory_commissioning_learn.
+ */
+drift_code_t drift_memory_commissioning_finish(const struct drift_memory_commissioning_t *learning,
+                                               struct drift_config_t *config);
 
 /*
  One tick of the closed loop in engineering units; DRIFT_REPORT once per hop.

@@ -237,6 +237,12 @@ impl From<&Baseline> for drift_baseline_t {
     }
 }
 
+impl From<&Memory> for drift_memory_t {
+    fn from(m: &Memory) -> Self {
+        Self { order: u32::from(m.order), x: m.x, value: m.value }
+    }
+}
+
 impl From<&OperatingPoint> for drift_operating_point_t {
     fn from(p: &OperatingPoint) -> Self {
         Self { weight: p.weight, mean: p.mean, per_x: p.per_x, ss: p.ss, min: p.min, max: p.max }

@@ -2,7 +2,7 @@
 //!
 //! * [`codes`]: return codes and the named numbers of a report. [`config`], [`report`]: structures that C sees.
 //! * [`monitor`]: the opaque monitor; the functions that serve every kind. [`kinds`]: a row for each kind.
-//! * [`commissioning`]: the baselines learnt in place.
+//! * [`commissioning`]: the baselines learnt in place. [`memory_commissioning`]: a channel that remembers.
 #![no_std]
 #![allow(non_camel_case_types)]
 
@@ -16,6 +16,7 @@ pub mod codes;
 pub mod commissioning;
 pub mod config;
 pub mod kinds;
+pub mod memory_commissioning;
 pub mod monitor;
 pub mod report;
 

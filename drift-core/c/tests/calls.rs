@@ -9,6 +9,7 @@ use drift_c::codes::*;
 use drift_c::commissioning::*;
 use drift_c::config::*;
 use drift_c::kinds::*;
+use drift_c::memory_commissioning::*;
 use drift_c::monitor::*;
 use drift_c::report::drift_report_t;
 
@@ -198,6 +199,58 @@ fn commissioning_learns_the_operating_point() {
         window(&mut report, (i * 7 % 20) as f32, 1.0);
     }
     assert_eq!((report.channels[1].verdict, report.channels[1].side), (DRIFT_DRIFT, DRIFT_SIDE_HIGH));
+}
+
+/// A window's u lies between its y and the u before: the memory is learnt in place, and a monitor runs on it.
+#[test]
+fn commissioning_learns_a_memory() {
+    let (mut memory, mut report, mut config) = (ZERO, report(), config());
+    let mut learning = drift_memory_commissioning_t { words: [0; DRIFT_MEMORY_COMMISSIONING_WORDS] };
+    let (mut noise, mut u) = (noise(3), 1.0f32);
+    config.channels.iter_mut().for_each(|c| c.baseline.sigma = 0.0);
+    let mut window = |memory: &mut Memory, report: &mut drift_report_t, load: f32| {
+        let level = noise();
+        u = 0.5 * u + 0.5 + level + load + 0.05 * noise();
+        for _ in 0..20 {
+            unsafe { drift_tick(at(memory), level, level, u, report) };
+        }
+    };
+    unsafe {
+        assert_eq!(drift_memory_commissioning_start(null_mut(), 1), DRIFT_NULL);
+        assert_eq!(drift_memory_commissioning_start(&mut learning, 3), DRIFT_BAD_CONFIG);
+        assert_eq!(drift_memory_commissioning_start(&mut learning, 1), DRIFT_OK);
+        assert_eq!(drift_full_init(at(&mut memory), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
+        for _ in 0..102 {
+            window(&mut memory, &mut report, 0.0);
+            assert_eq!(drift_memory_commissioning_learn(&mut learning, &report), DRIFT_OK);
+        }
+        assert_eq!(drift_memory_commissioning_finish(&learning, &mut config), DRIFT_TOO_FEW_WINDOWS);
+        assert_eq!((config.channels[1].baseline.sigma, config.channels[1].memory.order), (0.0, 0));
+        for _ in 0..200 {
+            window(&mut memory, &mut report, 0.0);
+            assert_eq!(drift_memory_commissioning_learn(&mut learning, &report), DRIFT_OK);
+        }
+        assert_eq!(drift_memory_commissioning_finish(&learning, &mut config), DRIFT_OK);
+        let (baseline, learnt) = (config.channels[1].baseline, config.channels[1].memory);
+        assert_eq!((learnt.order, baseline.windows), (1, 299.0));
+        assert!((learnt.value[0] - 0.5).abs() < 0.02 && (baseline.b1 - 1.0).abs() < 0.02);
+        assert_eq!(
+            drift_pair_init(at(&mut memory), DRIFT_PAIR_WORDS as u32, &config),
+            DRIFT_OK,
+            "the first channel alone"
+        );
+        assert_eq!(drift_full_init(at(&mut memory), DRIFT_FULL_WORDS as u32, &config), DRIFT_OK);
+    }
+    for i in 0..50 {
+        window(&mut memory, &mut report, 0.0);
+        assert_eq!(report.channels[1].verdict, DRIFT_HEALTHY, "window {i}");
+    }
+    let mut delay = 0;
+    while report.channels[1].alarm_cusum == DRIFT_SIDE_NONE {
+        window(&mut memory, &mut report, 0.03);
+        delay += 1;
+    }
+    assert!(delay < 10 && report.channels[1].side == DRIFT_SIDE_HIGH, "{delay} windows");
 }
 
 #[test]

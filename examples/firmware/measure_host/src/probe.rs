@@ -30,11 +30,12 @@ pub struct Row {
 }
 
 /// (image, image without a monitor, what it is).
-pub const PROBES: [(&str, &str, &str); 7] = [
+pub const PROBES: [(&str, &str, &str); 8] = [
     ("smallest_f32", "none_f32", "smallest: pair f32, CUSUM, known baseline"),
     ("pair_f32", "none_f32", "pair f32, CUSUM, curve, 16 blocks"),
     ("all_f32", "none_f32", "all f32, 3 channels, 4 detectors, 8 blocks"),
     ("back_f32", "none_f32", "the same with a memory of 3 windows"),
+    ("learn_f32", "none_f32", "the same, that memory learnt in place at each decision"),
     ("everything_f32", "none_f32", "everything f32: overlap, limits, blanking"),
     ("pair_i32", "none_i32", "pair i32, CUSUM, curve, 8 blocks"),
     ("all_i32", "none_i32", "all i32, 3 channels, 4 detectors, 4 blocks"),

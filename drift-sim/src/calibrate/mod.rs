@@ -27,6 +27,7 @@
 
 pub mod autocorrelation;
 mod caution;
+mod delay;
 pub(crate) mod detector;
 mod marginal;
 mod operating_point;

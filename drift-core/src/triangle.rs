@@ -27,8 +27,9 @@ pub(crate) const fn first(columns: usize) -> Columns {
     1u32.wrapping_shl(columns as u32).wrapping_sub(1)
 }
 
+/// Whether column `i` is among them.
 #[inline(always)]
-const fn has(columns: Columns, i: usize) -> bool {
+pub(crate) const fn has(columns: Columns, i: usize) -> bool {
     columns.wrapping_shr(i as u32) & 1 == 1
 }
 
@@ -126,7 +127,7 @@ impl<'a> Triangle<'a> {
     #[inline]
     pub(crate) fn varying(&self, levels: &Coefficients) -> Columns {
         let (mut before, mut varying, mut windows) = ([0.0f32; MOST_COLUMNS], 0, 0.0);
-        for (i, row) in self.down().enumerate() {
+        for (i, row) in (0..MOST_COLUMNS).zip(self.down()) {
             let Some((&own, shares)) = row.split_first() else { break };
             windows = if i == 0 { own } else { windows };
             let (known, level) = before.get(i).zip(levels.get(i)).unwrap_or((&0.0, &0.0));
@@ -147,7 +148,7 @@ impl<'a> Triangle<'a> {
     #[inline]
     pub(crate) fn solve(&self, columns: Columns) -> Solution {
         let mut residual_ss = 0.0;
-        for (i, row) in self.down().enumerate() {
+        for (i, row) in (0..MOST_COLUMNS).zip(self.down()) {
             if let (false, Some(own), Some(share)) = (has(columns, i), row.first(), row.last()) {
                 residual_ss += own * share * share;
             }
@@ -184,16 +185,15 @@ impl<'a> Triangle<'a> {
     pub(crate) fn hold(&self, solution: &mut Solution, columns: Columns, named: Columns, excess: f32) {
         // How uncertain that sum is, in units of sigma squared, and which way the coefficients go with it.
         let (mut forward, mut variance) = ([0.0f32; MOST_COLUMNS], 0.0);
-        for (i, place) in forward.iter_mut().enumerate() {
+        for (i, place) in (0..MOST_COLUMNS).zip(&mut forward) {
             *place = if has(columns & named, i) { 1.0 } else { 0.0 };
         }
-        for (i, row) in self.down().enumerate().filter(|(i, _)| has(columns, *i)) {
+        for (i, row) in (0..MOST_COLUMNS).zip(self.down()).filter(|(i, _)| has(columns, *i)) {
             let Some((&own, shares)) = row.split_first() else { break };
             let w = forward.get(i).copied().unwrap_or(0.0);
-            for ((j, below), share) in forward.iter_mut().enumerate().skip(i.wrapping_add(1)).zip(shares) {
-                if has(columns, j) {
-                    *below -= share * w;
-                }
+            let below = (0..MOST_COLUMNS).zip(&mut forward).skip(i.wrapping_add(1));
+            for ((_, below), share) in below.zip(shares).filter(|((j, _), _)| has(columns, *j)) {
+                *below -= share * w;
             }
             variance += w * (w / own);
             if let Some(place) = forward.get_mut(i) {

@@ -1,5 +1,5 @@
 //! The effort channel with memory: on loops that are simulated here (first order and two lags under a PI, a reference that
-//! wanders, a slow unmeasured load of its own), `calibrate` chooses the order by validation, the residual becomes white,
+//! wanders, a slow unmeasured load of its own), `calibrate` chooses the order chosen, the residual becomes white,
 //! and a load is found sooner at the same promise. The truth, onset and size of the load, is known exactly.
 
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};

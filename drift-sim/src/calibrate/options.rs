@@ -23,7 +23,7 @@ pub struct Options {
     pub channels: [bool; 3],
     /// Effort to hold y, or along the motion.
     pub effort: ChannelKind,
-    /// Windows that the effort channel remembers, 0 to 3; chosen by validation if there is none. The motion's effort
+    /// Windows that the effort channel remembers, 0 to 3; the number that sees a lasting shift soonest if there is none. The motion's effort
     /// remembers none.
     pub effort_memory: Option<u8>,
     /// Measured columns that the effort depends on besides y, up to three.

@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Effort to hold y, or, for a plant that integrates, along the motion
     #[arg(long, value_parser = kind_of_effort(), default_value = "holding")]
     effort: ChannelKind,
-    /// Windows before this one that the effort channel takes into account, 0 to 3; chosen by validation without it
+    /// Windows before this one that the effort channel takes into account, 0 to 3; without it the number that sees a lasting shift soonest
     #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u8).range(0..=3))]
     effort_memory: Option<u8>,
     /// Measured columns that the effort depends on besides y, up to three: outdoor temperature, payload, feed flow. What

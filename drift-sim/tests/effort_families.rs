@@ -2,6 +2,8 @@
 //! wanders, a slow random load on each (process noise), and faults whose onset and size are known. Three tables: loads, other
 //! faults, and how many healthy windows a memory needs. All seeds are fixed.
 
+mod other_channels;
+
 use std::fmt::Write as _;
 
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
@@ -168,11 +170,8 @@ impl Family {
         self.window as f64 * self.model.sample_time_s
     }
 
-    fn calibrated(&self, run: &Run, order: Option<u8>) -> Calibration {
-        let [r, y, u] = run;
-        let sample_time_s = self.model.sample_time_s;
-        let signals = Signals { name: self.name, sample_time_s, r, y, u, state: None, further: &[] };
-        let options = Options {
+    fn options(&self, order: Option<u8>) -> Options {
+        Options {
             window_s: Some(self.window_s()),
             false_alarm_every_h: FALSE_ALARM_EVERY as f64 * self.window_s() / 3600.0,
             channels: [false, true, false],
@@ -180,8 +179,14 @@ impl Family {
             effort_memory: order,
             simulated_decisions: 200_000,
             ..Options::default()
-        };
-        calibrate(&[signals], &options).unwrap()
+        }
+    }
+
+    fn calibrated(&self, run: &Run, order: Option<u8>) -> Calibration {
+        let [r, y, u] = run;
+        let sample_time_s = self.model.sample_time_s;
+        let signals = Signals { name: self.name, sample_time_s, r, y, u, state: None, further: &[] };
+        calibrate(&[signals], &self.options(order)).unwrap()
     }
 }
 

@@ -260,6 +260,23 @@ fn modes_in_numbers_are_read_off_u() {
     assert_eq!(manual(&asked), 450);
 }
 
+/// Units stand below the names, or behind them in brackets; an unknown plant whose y is a temperature is no motor.
+#[test]
+fn the_units_of_the_columns_are_those_of_the_loop() {
+    let rows = |names: &str| {
+        let row = |k: usize| format!("{k},{},{},{}\n", 50 + k / 40 % 2, 50.0 + (k % 7) as f64 * 0.1, k % 5);
+        format!("{names}\n{}", (0..200).map(row).collect::<String>())
+    };
+    let units = |names: &str| {
+        let recording = read(&rows(names), &plain()).unwrap();
+        let units = drift_sim::init::with_law_alone(&recording).unwrap().units;
+        [units.r, units.y, units.u].map(Option::unwrap_or_default)
+    };
+    assert_eq!(units("t,SP [degC],PV [degC],OP (%)"), ["degC", "degC", "%"]);
+    assert_eq!(units("t,r,y,u\ns,bar,bar,%"), ["bar", "bar", "%"]);
+    assert_eq!(units("t,r,y,u"), ["", "", ""]);
+}
+
 /// Two heaters and their laws in one log of a 3D printer, shaped as the firmware Klipper writes it.
 #[test]
 fn a_printers_log_holds_its_heaters_and_their_law() {
@@ -286,6 +303,7 @@ fn a_printers_log_holds_its_heaters_and_their_law() {
     let Some(Controller::Pid(law)) = &recording.stated_law else { panic!("{:?}", recording.stated_law) };
     assert_eq!((law.kp, law.kd, law.limits), (0.1, 0.2, Limits { u_min: 0.0, u_max: 0.8 }));
     assert!((law.ki - 0.01).abs() < 1e-15, "{}", law.ki);
+    assert_eq!(recording.units.y.as_deref(), Some("degC"));
     let bed = read(&log, &columns("y=heater_bed.temp")).unwrap();
     assert_eq!((bed.r[0], bed.y[1], bed.u[0]), (60.0, 60.5, 0.25));
 }

@@ -37,7 +37,7 @@ fn side_by_side(found: &Diagnosis, then: &Shown, case: &Case<'_>) -> Block {
     let side = |when: &str, shown| Side {
         title: format!("{when}: {}", Shown::name(shown)),
         shown,
-        simulated: prove::run(&healthy, &shown.signals, 0),
+        simulated: prove::quiet_run(&healthy, &shown.signals),
     };
     let sides = [side("before", then), side("after", case.first)];
     let is_open = healthy.controller == Controller::Recorded;

@@ -92,7 +92,7 @@ struct Runs {
 
 impl Runs {
     fn of(found: &Diagnosis, case: &Case<'_>) -> Self {
-        let run = |model| prove::run(model, &case.drawn().signals, 0);
+        let run = |model| prove::quiet_run(model, &case.drawn().signals);
         Self { before: run(&found.refitted), after: run(&found.improved) }
     }
 }
@@ -306,7 +306,7 @@ impl Writing<'_> {
             [
                 ("as it came", fits.nominal),
                 ("its own numbers refitted", fits.before),
-                ("with what was found", fits.after),
+                ("with what was found", fits.after.filter(|_| self.differs())),
             ]
             .into_iter()
             .filter_map(|(name, found)| {

@@ -1,6 +1,6 @@
 //! The proof: closed-loop simulations from r alone, against measured y and u.
 
-use crate::control_loop::Loop;
+use crate::control_loop::{Loop, Sensor};
 use crate::controller::Controller;
 use crate::simulate::{Simulation, Start, Trace, simulate};
 
@@ -34,6 +34,16 @@ pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
         Some(period) => period_by_period(model, signals, seed, &start, period),
         None => simulate(model, &signals.r, &signals.inputs, seed, Some(&start)).ok(),
     }
+}
+
+/// The same without the sensor's noise: another draw of it is no better prediction.
+pub fn quiet_run(model: &Loop, signals: &Signals) -> Option<Trace> {
+    run(&without_noise(model), signals, 0)
+}
+
+/// The loop with a sensor that has no noise.
+pub fn without_noise(model: &Loop) -> Loop {
+    Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }
 }
 
 /// The closed loop of a recording that cycles by itself: from each period's beginning on for a period, from where a simulation beside the

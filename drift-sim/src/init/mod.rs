@@ -14,7 +14,6 @@ use crate::control_loop::{Loop, Sensor};
 use crate::controller::Controller;
 use crate::estimate::law_replay::{TOLERANCE, replay};
 use crate::estimate::signals::{Signals, deviation};
-use crate::physics::Units;
 use crate::plant::Plant;
 use crate::recording::Recording;
 use crate::sentences::measured;
@@ -98,7 +97,7 @@ pub fn with_law_alone(recording: &Recording) -> Result<Loop> {
 fn open(recording: &Recording) -> Result<(Loop, Signals)> {
     let open = Loop {
         sample_time_s: recording.sample_time_s,
-        units: Units::default(),
+        units: recording.units.clone(),
         controller: Controller::Recorded,
         plant: Plant::Identify,
         sensor: Sensor::default(),

@@ -4,9 +4,8 @@
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::cycle::{self, AT_REST, LEAST_PERIODS};
+use crate::diagnose::prove::quiet_run;
 use crate::estimate::signals::{Signals, deviation, held};
-
-use super::simulates::quiet_run;
 
 /// Factor by which period and size of the simulated cycle may differ from the measured one's.
 const NEAR: f64 = 1.35;

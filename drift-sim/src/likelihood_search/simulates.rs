@@ -8,9 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::control_loop::{Enters, Input, Loop, Sensor};
+use crate::control_loop::{Enters, Input, Loop};
 use crate::controller::Controller;
-use crate::diagnose::prove::{FitPct, run};
+use crate::diagnose::prove::{FitPct, quiet_run, without_noise};
 use crate::diagnose::{Diagnosis, Named, part_time};
 use crate::estimate::fit::Fit;
 use crate::estimate::inner_product::dot;
@@ -231,14 +231,4 @@ fn is_rounding(named: &Named) -> bool {
 fn is_noise(named: &Named) -> bool {
     let grows = named.term.parameters.first().is_some_and(|ratio| *ratio > 1.0);
     (matches!(named.term.kind.search, Starts::NoiseChange) && grows) || is_rounding(named)
-}
-
-/// A run of the closed loop without the sensor's noise: another draw of it is no better prediction.
-pub fn quiet_run(model: &Loop, signals: &Signals) -> Option<Trace> {
-    run(&without_noise(model), signals, 0)
-}
-
-/// The loop with a sensor that has no noise.
-pub fn without_noise(model: &Loop) -> Loop {
-    Loop { sensor: Sensor { noise: 0.0 }, ..model.clone() }
 }

@@ -12,6 +12,16 @@ const OF_PROCESSES: [&str; 25] = [
     "l/h", "l/s", "m3/h", "m3/s", "kg/s", "kg/h", "t/h", "gpm", "%rh", "ph", "ppm", "l",
 ];
 
+/// Units of what a controller puts out.
+const OF_DRIVES: [&str; 12] = ["%", "v", "mv", "a", "ma", "w", "kw", "n", "nm", "n m", "hz", "deg"];
+
+/// Whether a word is a unit that is known here.
+pub fn is_known(unit: &str) -> bool {
+    let lower = unit.trim().to_lowercase();
+    let lists: [&[&str]; 4] = [&OF_POSITIONS, &OF_SPEEDS, &OF_PROCESSES, &OF_DRIVES];
+    lists.iter().any(|list| list.contains(&lower.as_str()))
+}
+
 /// Whether a plant's y may have the loop's unit; true where the unit says nothing.
 pub fn suit(units: &Units, plant: &Plant) -> bool {
     let Some(y) = units.y.as_deref().map(str::trim) else { return true };

@@ -4,12 +4,10 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::diagnose::prove::{FitPct, fit_of, improvement, run};
+use crate::diagnose::prove::{FitPct, fit_of, improvement, quiet_run, run, without_noise};
 use crate::estimate::signals::{LEAST_SAMPLES, Signals, held};
 use crate::physics::{Family, Place, Term};
 use crate::simulate::{Trace, actuated};
-
-use super::simulates::{quiet_run, without_noise};
 
 /// The end of a recording that nothing was fitted to.
 struct End {

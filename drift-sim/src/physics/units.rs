@@ -2,7 +2,7 @@
 
 use crate::plant::{Output, Plant};
 
-/// `[units]` of a loop file: names only, for reports; nothing is converted.
+/// `[units]` of a loop file, or of a recording's columns: names only, for reports and for which plants may have them; nothing is converted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Units {
     /// Of the reference; the same as that of y in most loops.

@@ -71,8 +71,10 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
     let law = log.law(&heater);
     notes.extend(log.says_of_the_law(&heater, law));
     let mut names = vec!["time".to_owned()];
+    let mut units = vec![String::new()];
     for heater in heaters {
         names.extend(["target", "temp", "pwm"].map(|what| format!("{heater}.{what}")));
+        units.extend(["degC", "degC", "1"].map(str::to_owned));
     }
     let places = names.iter().enumerate().map(|(place, name)| (name.clone(), place)).collect();
     let source = Box::new(BufReader::new(Cursor::new(head).chain(source)));
@@ -86,7 +88,7 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
         notes,
         law: law.map(Controller::Pid),
     };
-    let header = Header { names, units: Vec::new(), kinds: Vec::new(), mark: DecimalMark::Point };
+    let header = Header { names, units, kinds: Vec::new(), mark: DecimalMark::Point };
     TextRows::new(records, header, &options)
 }
 

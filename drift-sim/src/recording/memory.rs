@@ -14,6 +14,7 @@ use super::table::{Cells, TableRows};
 use super::{Overview, Quality, ReadOptions, Recording, RecordingStream, RowState};
 use crate::Result;
 use crate::controller::Controller;
+use crate::physics::Units;
 
 /// What [`Overview::format`] calls them.
 const FORMAT: &str = "columns in memory";
@@ -88,6 +89,10 @@ impl Rows for Samples {
 
     fn stated_law(&self) -> Option<Controller> {
         self.recording.stated_law.clone()
+    }
+
+    fn units(&self) -> Units {
+        self.recording.units.clone()
     }
 
     fn read(&mut self, row: &mut Row, _: &mut Quality) -> Result<bool> {

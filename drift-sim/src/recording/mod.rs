@@ -50,6 +50,7 @@ mod repeated;
 mod resample;
 mod row;
 mod sampling;
+mod signal_units;
 mod stamp;
 mod stream;
 mod stretch;
@@ -64,6 +65,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::controller::Controller;
+use crate::physics::Units;
 use crate::sentences::Clock;
 use crate::{Error, Result};
 use budget::Budget;
@@ -156,6 +158,8 @@ pub struct Recording {
     pub extra: Vec<(String, Vec<f64>)>,
     /// The control law that the file itself states, as a printer's log does.
     pub stated_law: Option<Controller>,
+    /// The units of r, y and u that the file states: below the names, in brackets behind them, or by its format.
+    pub units: Units,
     /// What was found and done while reading.
     pub quality: Quality,
 }
@@ -206,6 +210,7 @@ impl Recording {
         recording.zero_s = stream.zero_s();
         recording.quality = stream.quality();
         recording.stated_law = stream.stated_law();
+        recording.units = stream.units();
         let mut is_text = stream.text_columns().into_iter();
         let left_out = &mut recording.quality.text_columns;
         recording.extra.retain(|(name, _)| {

@@ -5,6 +5,7 @@ use super::choice::Choice;
 use super::stamp::Stamp;
 use super::stretch::Stretch;
 use crate::controller::Controller;
+use crate::physics::Units;
 use crate::{Error, Result};
 
 /// One row of data: NaN is missing.
@@ -73,6 +74,10 @@ pub(super) trait Rows: Send {
     fn stated_law(&self) -> Option<Controller> {
         None
     }
+    /// The units of r, y and u that the file states.
+    fn units(&self) -> Units {
+        Units::default()
+    }
     /// Reads the next row into `row`; false at the end.
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool>;
     /// Adds the rows that come next to `stretch`, at most [`super::stretch::ROWS`], up to the first that isn't one of its kind: that one
@@ -114,6 +119,10 @@ impl<T: Filter> Rows for T {
 
     fn stated_law(&self) -> Option<Controller> {
         self.source().stated_law()
+    }
+
+    fn units(&self) -> Units {
+        self.source().units()
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {

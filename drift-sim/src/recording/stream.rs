@@ -19,6 +19,7 @@ use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
 use super::stretch::{Samples, Stretch};
 use super::{ColumnMap, Quality, ReadOptions, RowState};
 use crate::controller::Controller;
+use crate::physics::Units;
 use crate::{Error, Result};
 
 /// One sample of a loop. NaN is missing.
@@ -345,6 +346,11 @@ impl RecordingStream {
     /// The control law that the file itself states.
     pub(super) fn stated_law(&self) -> Option<Controller> {
         self.rows.stated_law()
+    }
+
+    /// The units of r, y and u that the file states.
+    pub(super) fn units(&self) -> Units {
+        self.rows.units()
     }
 
     /// The names of the further columns that were asked for.

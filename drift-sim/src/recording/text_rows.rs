@@ -7,8 +7,9 @@ use super::decimal::{DecimalMark, parse_number, with_point};
 use super::records::{Record, Records};
 use super::row::{Row, Rows, not_a_number};
 use super::stamp::TimeUnit;
-use super::{Quality, ReadOptions};
+use super::{Quality, ReadOptions, signal_units};
 use crate::controller::Controller;
+use crate::physics::Units;
 use crate::{Error, Result};
 
 /// Reads rows one after the other; memory stays that of one row.
@@ -16,6 +17,8 @@ pub(super) struct TextRows<R> {
     records: R,
     record: Record,
     names: Vec<String>,
+    /// Of r, y and u, as the source states them.
+    units: Units,
     choice: Choice,
     clock: Option<Clock>,
     mark: DecimalMark,
@@ -55,7 +58,8 @@ impl<R: Records> TextRows<R> {
             Clock::of(&names[t], unit.map(String::as_str), options.date_order)
         });
         let clock = clock.transpose()?;
-        Ok(Self { records, record: Record::default(), names, choice, clock, mark, joined: Vec::new() })
+        let units = signal_units::of(&choice, &names, &units);
+        Ok(Self { records, record: Record::default(), names, units, choice, clock, mark, joined: Vec::new() })
     }
 
     /// Where the records come from.
@@ -181,6 +185,10 @@ impl<R: Records> Rows for TextRows<R> {
 
     fn stated_law(&self) -> Option<Controller> {
         self.records.stated_law()
+    }
+
+    fn units(&self) -> Units {
+        self.units.clone()
     }
 
     fn notes(&self) -> Vec<String> {

@@ -179,7 +179,7 @@ fn fits(found: &Diagnosis) -> String {
     let rows = [
         ("as it came", fits.nominal),
         ("refitted", fits.before),
-        ("with what was found", fits.after),
+        ("with what was found", fits.after.filter(|_| !found.physics.is_empty())),
         ("noise alone leaves", found.noise_floor),
     ];
     let mut text = format!("  {what:25} {:>10} {:>10}\n", "y", "u");

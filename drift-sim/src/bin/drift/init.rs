@@ -9,7 +9,7 @@ use drift_sim::init::propose;
 use drift_sim::output::{self, Outputs};
 
 use crate::progress::Progress;
-use crate::recording_arguments::RecordingArguments;
+use crate::recording_arguments::{RecordingArguments, tell};
 
 /// Proposes a loop file from a recording: sample time, controller, plant, each with how it was found and how sure it is.
 ///
@@ -36,8 +36,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&[("--output", output)], &[&arguments.recording])?;
     let mut recording = arguments.reading.read(&arguments.recording, Vec::new())?;
     if let Some((first_s, last_s)) = recording.keep_longest_closed() {
-        let name = &recording.name;
-        eprintln!("{name}: only the longest stretch with the loop closed is used, {first_s} to {last_s} s");
+        let used = format!("only the longest stretch with the loop closed is used, {first_s} to {last_s} s");
+        tell(&recording.name, &[used]);
     }
     let progress = Progress::of_stages("looking for law and plant");
     let proposal = propose(&recording)?;

@@ -1,5 +1,6 @@
 //! The arguments that say how a recording is read, the same in every command that reads one.
 
+use std::io::Write;
 use std::path::Path;
 
 use clap::Args;
@@ -76,10 +77,11 @@ impl RecordingArguments {
 }
 
 /// A paragraph each on standard error, so that nothing that was guessed stays hidden.
-fn tell(name: &str, notes: &[String]) {
+pub fn tell(name: &str, notes: &[String]) {
     let here = Terminal::here();
     for note in notes {
-        eprint!("{}", here.wrapped("note: ", &format!("{name}: {note}")));
+        // Nobody may listen: a note is no reason to stop.
+        let _ = std::io::stderr().write_all(here.wrapped("note: ", &format!("{name}: {note}")).as_bytes());
     }
 }
 

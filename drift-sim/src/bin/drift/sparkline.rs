@@ -1,4 +1,4 @@
-//! A diagnosis as three rows on a terminal: u as measured, and how far off the loop is before and after.
+//! A diagnosis as rows on a terminal: u as measured, and how far off the simulated loop is, without what was found and with it.
 
 use drift_sim::controller::Controller;
 use drift_sim::diagnose::signals::Signals;
@@ -18,7 +18,7 @@ pub fn rows(found: &Diagnosis, signals: &Signals, terminal: &Terminal) -> String
         if known_law { ("u", units.u, &signals.u) } else { ("y", units.y, &signals.y) };
     let of = |trace: Trace| if known_law { trace.u } else { trace.y };
     let off = |model| {
-        let simulated = of(prove::run(model, signals, 0)?);
+        let simulated = of(prove::quiet_run(model, signals)?);
         Some(measured.iter().zip(&simulated).map(|(a, b)| a - b).collect::<Vec<f64>>())
     };
     let (Some(before), Some(after)) = (off(&found.refitted), off(&found.improved)) else {
@@ -29,10 +29,16 @@ pub fn rows(found: &Diagnosis, signals: &Signals, terminal: &Terminal) -> String
     let (low, high) = range(&mean_u);
     let mut text = line(&format!("{name} measured"), &row(&mean_u, (low, high), terminal.signs));
     text += &format!("  {} to {}\n", plain(low, 3), with_unit(plain(high, 3), &unit));
-    let rows = [("off, without", before), ("off, with it", after)].map(|(what, off)| {
+    let told = if found.physics.is_empty() {
+        vec![("off", after)]
+    } else {
+        vec![("off, without", before), ("off, with it", after)]
+    };
+    let rows = told.into_iter().map(|(what, off)| {
         let known: Vec<f64> = off.iter().copied().filter(|x| x.is_finite()).collect();
         (format!("{name} {what}"), stretches(&off, columns, rms), rms(&known))
     });
+    let rows: Vec<_> = rows.collect();
     // Both on one scale: the second row is low where the physics has explained it.
     let most = rows.iter().flat_map(|(_, off, _)| off).copied().fold(0.0, f64::max);
     for (name, off, all) in &rows {

@@ -8,6 +8,7 @@ use super::plain::Plan;
 use super::{CsvRecords, Quality};
 use crate::Result;
 use crate::controller::Controller;
+use crate::physics::Units;
 
 /// Plans that a file is given. Each new one reads a block anew, which a file in which more than so many columns turn out to
 /// hold text one after the other is not worth.
@@ -65,6 +66,10 @@ impl Rows for CsvRows {
 
     fn stated_law(&self) -> Option<Controller> {
         self.single.stated_law()
+    }
+
+    fn units(&self) -> Units {
+        self.single.units()
     }
 
     fn notes(&self) -> Vec<String> {

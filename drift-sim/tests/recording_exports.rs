@@ -68,7 +68,11 @@ fn tables_of_controllers_and_historians_are_understood() {
     let recording = is_the_loop(
         &format!(
             "Date Time\tTIC-101/PID1/SP.CV\tTIC-101/PID1/PV.CV\tTIC-101/PID1/OUT.CV\tTIC-101/PID1/MODE.ACTUAL\n{}",
-            rows(|k, at, y| format!("05/13/2024 {at}.000 AM\t40\t{y}\t{}\tAUTO\n", u(k)))
+            rows(|k, at, y| format!(
+                "05/13/2024 {at}.000 AM\t40\t{y}\t{}\t{}\n",
+                u(k),
+                if k == 4 { "MAN" } else { "AUTO" }
+            ))
         ),
         ["Date Time", "TIC-101/PID1/SP.CV", "TIC-101/PID1/PV.CV", "TIC-101/PID1/OUT.CV"],
     );
@@ -249,4 +253,38 @@ fn the_way_out_that_an_error_names_works() {
     let options = ReadOptions { incomplete: true, ..ReadOptions::default() };
     let seen = Overview::from_reader("x", || std::io::Cursor::new(traces.clone()), &options).unwrap();
     assert!(!seen.example.contains("name"), "{}", seen.example);
+}
+
+/// 200 samples of a loop with one more column: what it holds where the value is good or the loop closed, and in every tenth row.
+fn with_status(name: &str, good: &str, bad: &str) -> String {
+    let cell = |k: usize| if k % 10 == 3 { bad } else { good };
+    let rows = (0..200).map(|k| format!("{k},40,{},{},{}\n", 20 + k % 7, 60 - k % 5, cell(k)));
+    format!("t,r,y,u,{name}\n{}", rows.collect::<String>())
+}
+
+/// What is told of a status, and how many rows don't count.
+fn status_of(text: &str) -> (String, u64) {
+    let quality = read(text, "").unwrap().quality;
+    (quality.notes.join("\n"), quality.manual)
+}
+
+#[test]
+fn a_note_on_a_status_comes_with_the_rows_that_it_drops() {
+    for (name, good, bad) in [
+        ("status", "Good", "Bad"),
+        ("Status", "OK", "FAULT"),
+        ("quality", "GOOD", "Uncertain"),
+        ("quality", "192", "0"),
+        ("TIC101.Quality", "216.0", "64"),
+    ] {
+        let (told, manual) = status_of(&with_status(name, good, bad));
+        assert_eq!(manual, 20, "{name} {bad}");
+        assert!(told.contains(&format!("rows where '{name}'")) && told.contains("don't count"), "{told}");
+    }
+    // A quality that is no code of OPC, and columns without a bad word.
+    for (name, good, bad) in
+        [("quality", "100", "80"), ("quality", "0", "0"), ("status", "OK", "ok"), ("MODE", "AUTO", "CAS")]
+    {
+        assert_eq!(status_of(&with_status(name, good, bad)), (String::new(), 0), "{name} {bad}");
+    }
 }

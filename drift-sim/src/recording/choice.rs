@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::cell_kind::CellKind;
 use super::guess::{Guess, SIGNALS, guess, is_usual, plain, tag};
 use super::row::excerpt;
+use super::status::Watched;
 use super::{ColumnMap, ReadOptions, When};
 use crate::{Error, Result};
 
@@ -26,8 +27,8 @@ pub(super) struct Choice {
     pub notes: Vec<String>,
     /// What the file lacks, and `--columns` as it could be; where the options allow that.
     pub lacks: Option<Lack>,
-    /// The column of a mode, whose codes may be numbers, and the note on its words.
-    pub mode: Option<(usize, String)>,
+    /// The column of a mode, whose codes may be numbers.
+    pub mode: Option<usize>,
 }
 
 /// A signal that no column seems to be.
@@ -351,25 +352,33 @@ impl Choice {
             let readings = plain(name);
             // A column of words may name its mode before its last part: `MODE.ACTUAL`.
             let before = tag(name).filter(|_| names.kinds.get(index) == Some(&CellKind::Text)).map(plain);
-            let status = readings
-                .iter()
-                .chain(before.iter().flatten())
-                .find_map(|plain| Some((When::of_status(name, plain)?, plain)));
-            let Some((when, plain)) = status else { continue };
-            let example = format!("{name}={}", When::closed_value(plain));
-            let example = if example.contains(' ') { format!("\"{example}\"") } else { example };
-            let note = format!(
-                "rows where '{name}' says that the loop is not closed or the value is bad don't count (--when {example} or \
-                 --when always says otherwise)"
-            );
-            self.when.push((index, when));
-            if self.mode.is_none() && When::may_be_a_code(plain) {
-                self.mode = Some((index, note));
-            } else {
-                self.notes.push(note);
+            let status =
+                readings.iter().chain(before.iter().flatten()).find_map(|plain| When::of_status(name, plain));
+            let Some(when) = status else { continue };
+            if self.mode.is_none() && when.status().is_some_and(Watched::is_mode) {
+                self.mode = Some(index);
             }
+            self.when.push((index, when));
         }
         Ok(())
+    }
+
+    /// What was guessed, and which rows don't count by a status that nobody asked for. What is said of the mode depends on whether
+    /// it is a number.
+    pub fn told(&self) -> impl Iterator<Item = String> + '_ {
+        let of_status = self.when.iter().filter(|(index, _)| Some(*index) != self.mode);
+        self.notes.iter().cloned().chain(of_status.filter_map(|(_, when)| when.note()))
+    }
+
+    /// What is said of a mode in words.
+    pub fn told_of_mode(&self) -> Option<String> {
+        self.when.iter().find(|(index, _)| Some(*index) == self.mode)?.1.note()
+    }
+
+    /// The name of the first column of a quality that carries its own condition.
+    pub fn quality(&self) -> Option<&str> {
+        let is_quality = |when: &&When| when.status().is_some_and(Watched::is_quality);
+        self.when.iter().map(|(_, when)| when).find(is_quality).map(|when| when.column.as_str())
     }
 
     /// The places of t, r, y and u.

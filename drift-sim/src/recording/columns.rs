@@ -85,7 +85,7 @@ impl ColumnMap {
     pub fn among(names: &[String], options: &ReadOptions) -> Result<(Self, Vec<String>)> {
         let choice = Choice::of(names, options)?;
         let conditions = choice.when.iter().map(|(index, _)| *index);
-        let mut indices: Vec<usize> = conditions.chain(choice.mode.iter().map(|(index, _)| *index)).collect();
+        let mut indices: Vec<usize> = conditions.chain(choice.mode).collect();
         indices.sort_unstable();
         indices.dedup();
         let closed = indices.into_iter().filter_map(|index| names.get(index).cloned()).collect();

@@ -45,6 +45,8 @@ mod overview;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod quality;
+mod quality_codes;
+mod read_ahead;
 mod records;
 mod repeated;
 mod resample;
@@ -52,6 +54,7 @@ mod row;
 mod sampling;
 mod signal_units;
 mod stamp;
+mod status;
 mod stream;
 mod stretch;
 mod table;

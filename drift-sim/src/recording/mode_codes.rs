@@ -5,9 +5,9 @@
 use std::collections::VecDeque;
 
 use super::Quality;
+use super::read_ahead::ReadAhead;
 use super::row::{Filter, Row, Rows};
-use super::sampling::HEAD_ROWS;
-use crate::{Error, Result};
+use crate::Result;
 
 /// More codes than this are no modes.
 const CODES_MAX: usize = 12;
@@ -22,74 +22,35 @@ pub(super) fn judged(rows: Box<dyn Rows>) -> Box<dyn Rows> {
     if rows.choice().mode.is_none() {
         return rows;
     }
-    Box::new(ModeCodes {
-        rows,
-        head: VecDeque::new(),
-        failed: None,
-        codes: None,
-        is_begun: false,
-        last: f64::NAN,
-        later: Vec::new(),
-    })
+    Box::new(ModeCodes { rows: ReadAhead::of(rows), codes: None, last: f64::NAN, later: Vec::new() })
 }
 
 struct ModeCodes {
-    rows: Box<dyn Rows>,
-    /// Rows read ahead.
-    head: VecDeque<Row>,
-    /// What broke behind them.
-    failed: Option<Error>,
+    rows: ReadAhead,
     codes: Option<Codes>,
-    is_begun: bool,
     /// The code of the row before: often only the changes are written.
     last: f64,
     /// Codes that came behind the rows that were read ahead.
     later: Vec<f64>,
 }
 
-impl ModeCodes {
-    fn begin(&mut self, quality: &mut Quality) {
-        while self.head.len() < HEAD_ROWS && self.failed.is_none() {
-            let mut row = Row::default();
-            match self.rows.read(&mut row, quality) {
-                Ok(true) => self.head.push_back(row),
-                Ok(false) => break,
-                Err(error) => self.failed = Some(error),
-            }
-        }
-        self.codes = Codes::of(&self.head);
-    }
-
-    fn next_row(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
-        if let Some(read_ahead) = self.head.pop_front() {
-            *row = read_ahead;
-            return Ok(true);
-        }
-        match self.failed.take() {
-            Some(error) => Err(error),
-            None => self.rows.read(row, quality),
-        }
-    }
-}
-
 impl Filter for ModeCodes {
     fn source(&self) -> &dyn Rows {
-        self.rows.as_ref()
+        self.rows.source()
     }
 
     fn note(&self) -> Option<String> {
-        let (index, of_words) = self.rows.choice().mode.as_ref()?;
-        let name = self.rows.names().get(*index)?;
-        let Some(codes) = &self.codes else { return Some(of_words.clone()) };
+        let choice = self.source().choice();
+        let name = self.source().names().get(choice.mode?)?;
+        let Some(codes) = &self.codes else { return choice.told_of_mode() };
         Some(codes.note(name, &self.later))
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
-        if !self.is_begun {
-            self.is_begun = true;
-            self.begin(quality);
+        if let Some(head) = self.rows.begin(quality) {
+            self.codes = Codes::of(head);
         }
-        if !self.next_row(row, quality)? {
+        if !self.rows.next_row(row, quality)? {
             return Ok(false);
         }
         if row.mode.is_nan() {

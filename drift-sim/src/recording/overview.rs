@@ -6,12 +6,11 @@ use std::path::Path;
 
 use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::format::{self, Source};
-use super::mode_codes::judged;
 use super::quality::Jitter;
 use super::repeated::merged;
 use super::row::{Row, Rows};
 use super::sampling::{jitter, median};
-use super::{ColumnMap, Quality, ReadOptions, Recording, RecordingStream};
+use super::{ColumnMap, Quality, ReadOptions, Recording, RecordingStream, mode_codes, quality_codes};
 use crate::{Error, Result};
 
 /// An interval of so many usual ones is a gap.
@@ -143,7 +142,7 @@ impl Overview {
         budget: &Budget,
         options: &ReadOptions,
     ) -> Result<Self> {
-        let mut rows = judged(merged(rows, options));
+        let mut rows = quality_codes::judged(mode_codes::judged(merged(rows, options)));
         let mut overview = Self { name: name.to_owned(), format, ..Self::default() };
         let manual = overview.collect(rows.as_mut(), budget, options)?;
         overview.names = rows.names().to_vec();

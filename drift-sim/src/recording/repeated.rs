@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::row::{Filter, Row, Rows};
+use super::row::{Filter, Row, Rows, worse};
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
 
@@ -93,6 +93,7 @@ impl Filter for Merged {
                 Repeated::Mean => {
                     sums.add(&other);
                     row.manual |= other.manual;
+                    row.good = worse(row.good, other.good);
                 }
                 Repeated::Last => *row = other,
                 Repeated::First | Repeated::Refuse => {}

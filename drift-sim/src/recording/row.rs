@@ -20,7 +20,18 @@ pub(super) struct Row {
     pub manual: bool,
     /// The mode where it is written as a number.
     pub mode: f64,
+    /// Whether the quality is good, where it is written as a code.
+    pub good: Option<bool>,
     pub extra: Vec<f64>,
+}
+
+/// Of two codes of a quality the worse one.
+#[inline]
+pub(super) fn worse(one: Option<bool>, other: Option<bool>) -> Option<bool> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one && other),
+        _ => one.or(other),
+    }
 }
 
 impl Row {

@@ -11,13 +11,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::choice::Reference;
 use super::format::{self, Source};
-use super::mode_codes::judged;
 use super::repeated::merged;
 use super::resample::Resampler;
 use super::row::{Row, Rows, repeats};
 use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
 use super::stretch::{Samples, Stretch};
-use super::{ColumnMap, Quality, ReadOptions, RowState};
+use super::{ColumnMap, Quality, ReadOptions, RowState, mode_codes, quality_codes};
 use crate::controller::Controller;
 use crate::physics::Units;
 use crate::{Error, Result};
@@ -128,7 +127,7 @@ impl RecordingStream {
         bytes_read: Arc<AtomicU64>,
         options: &ReadOptions,
     ) -> Result<Self> {
-        let mut rows = judged(merged(rows, options));
+        let mut rows = quality_codes::judged(mode_codes::judged(merged(rows, options)));
         let mut quality = Quality::default();
         let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.

@@ -138,7 +138,7 @@ impl Stretch {
         let value = |column: &[f64]| column.get(at).copied().unwrap_or(f64::NAN);
         (row.line, row.stamp) = (*line, *stamp);
         (row.r, row.y, row.u) = (value(&self.r), value(&self.y), value(&self.u));
-        (row.manual, row.mode) = (false, f64::NAN);
+        (row.manual, row.mode, row.good) = (false, f64::NAN, None);
         row.extra.clear();
         true
     }

@@ -7,7 +7,7 @@ use super::choice::{Choice, Reference};
 use super::clock::Clock;
 use super::dates::Dates;
 use super::decimal::DecimalMark;
-use super::row::{Row, Rows, not_a_number};
+use super::row::{Row, Rows, not_a_number, worse};
 use super::stamp::Stamp;
 use super::stretch::{self, Stretch};
 use super::{Quality, ReadOptions};
@@ -267,10 +267,9 @@ impl TableRows {
         let (y, u) = (self.choice.y, self.choice.u);
         row.y = y.map_or(Ok(f64::NAN), |y| self.signal(y, at, &mut quality.missing_y))?;
         row.u = u.map_or(Ok(f64::NAN), |u| self.signal(u, at, &mut quality.missing_u))?;
-        let mode = self.choice.mode.as_ref().and_then(|(index, _)| self.cells(*index)?.number(at));
+        let mode = self.choice.mode.and_then(|index| self.cells(index)?.number(at));
         row.mode = mode.unwrap_or(f64::NAN);
-        row.manual =
-            self.choice.when.iter().any(|(index, when)| !when.holds(self.text(*index, at).as_bytes()));
+        self.read_status(at, row);
         row.extra.clear();
         for i in 0..self.choice.extra.len() {
             let (index, asked_for) = (self.choice.extra[i].index, self.choice.extra[i].asked_for);
@@ -288,6 +287,15 @@ impl TableRows {
 }
 
 impl TableRows {
+    fn read_status(&self, at: usize, row: &mut Row) {
+        (row.manual, row.good) = (false, None);
+        for (index, when) in &self.choice.when {
+            let cell = self.text(*index, at);
+            row.manual |= !when.holds(cell.as_bytes());
+            row.good = worse(row.good, when.is_good_code(cell.as_bytes()));
+        }
+    }
+
     /// The columns of r, y and u, where they hold numbers in double precision and nothing else is read of a row but its time.
     fn numbers_alone(&self) -> Option<[&[f64]; 3]> {
         let choice = &self.choice;
@@ -337,7 +345,7 @@ impl Rows for TableRows {
 
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
-        self.choice.notes.iter().chain(&self.notes).cloned().chain(clock).collect()
+        self.choice.told().chain(self.notes.iter().cloned()).chain(clock).collect()
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {

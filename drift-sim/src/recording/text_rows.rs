@@ -5,7 +5,7 @@ use super::choice::Choice;
 use super::clock::Clock;
 use super::decimal::{DecimalMark, parse_number, with_point};
 use super::records::{Record, Records};
-use super::row::{Row, Rows, not_a_number};
+use super::row::{Row, Rows, not_a_number, worse};
 use super::stamp::TimeUnit;
 use super::{Quality, ReadOptions, signal_units};
 use crate::controller::Controller;
@@ -94,7 +94,7 @@ impl<R: Records> TextRows<R> {
         row.r = self.signal(self.choice.r.column(), is_first, &mut quality.missing_r)?;
         row.y = self.signal(self.choice.y, is_first, &mut quality.missing_y)?;
         row.u = self.signal(self.choice.u, is_first, &mut quality.missing_u)?;
-        row.manual = self.is_manual();
+        self.read_status(row);
         row.mode = self.mode();
         row.extra.clear();
         for i in 0..self.choice.extra.len() {
@@ -126,15 +126,19 @@ impl<R: Records> TextRows<R> {
 
     /// The mode as a number, where it is one.
     fn mode(&self) -> f64 {
-        let cell = self.choice.mode.as_ref().and_then(|(index, _)| self.record.get(*index));
+        let cell = self.choice.mode.and_then(|index| self.record.get(index));
         cell.and_then(parse_number).unwrap_or(f64::NAN)
     }
 
-    fn is_manual(&self) -> bool {
-        self.choice.when.iter().any(|(index, when)| {
+    fn read_status(&self, row: &mut Row) {
+        (row.manual, row.good) = (false, None);
+        for (index, when) in &self.choice.when {
             let cell = self.record.get(*index).unwrap_or_default();
-            !when.holds(self.mark.plain(cell).as_deref().unwrap_or(cell))
-        })
+            let plain = self.mark.plain(cell);
+            let cell = plain.as_deref().unwrap_or(cell);
+            row.manual |= !when.holds(cell);
+            row.good = worse(row.good, when.is_good_code(cell));
+        }
     }
 
     /// The value of a further column; text that nobody asked for makes the whole column one of text.
@@ -193,7 +197,7 @@ impl<R: Records> Rows for TextRows<R> {
 
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
-        self.records.notes().into_iter().chain(self.choice.notes.iter().cloned()).chain(clock).collect()
+        self.records.notes().into_iter().chain(self.choice.told()).chain(clock).collect()
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {

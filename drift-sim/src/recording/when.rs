@@ -3,6 +3,7 @@
 
 use std::str::FromStr;
 
+use super::status::Watched;
 use crate::{Error, Result};
 
 /// The condition that every row meets.
@@ -39,181 +40,36 @@ pub struct When {
 enum Value {
     Number(f64),
     Text(String),
-    /// No word of these, in lower case.
-    NoneOf(&'static [&'static str]),
+    /// No word by which a status says that the row doesn't count.
+    Status(Watched),
+    /// Whatever it is.
+    Any,
 }
-
-/// The value of a mode where the loop is closed, as most write it.
-const AUTOMATIC: &str = "AUTO";
-/// Words of a mode that is not automatic, in the languages that names are understood in.
-const MANUAL: &[&str] = &[
-    "man",
-    "manual",
-    "m",
-    "hand",
-    "h",
-    "manuell",
-    "manuel",
-    "manuale",
-    "manuelle",
-    "open",
-    "open loop",
-    "off",
-    "o/s",
-    "oos",
-    "out of service",
-    "iman",
-    "lo",
-    "init",
-    "initman",
-    "hold",
-    "track",
-    "tracking",
-    "stop",
-    "stopped",
-    "disabled",
-    "aus",
-    "arret",
-    "paro",
-    "fermo",
-    "desligado",
-];
-/// Words of a value that is not to be trusted.
-const BAD: &[&str] = &[
-    "bad",
-    "uncertain",
-    "questionable",
-    "poor",
-    "error",
-    "err",
-    "fault",
-    "fail",
-    "failed",
-    "failure",
-    "invalid",
-    "i/o timeout",
-    "comm fail",
-    "no good",
-    "ng",
-    "schlecht",
-    "fehler",
-    "ung\u{fc}ltig",
-    "mauvais",
-    "malo",
-    "cattivo",
-    "ruim",
-];
-/// What says no to "automatic?".
-const NO: &[&str] =
-    &["0", "0.0", "false", "no", "n", "off", "nein", "non", "falsch", "man", "manual", "hand", "aus"];
-/// What says yes to "manual?".
-const YES: &[&str] =
-    &["1", "1.0", "true", "yes", "y", "on", "ja", "oui", "wahr", "si", "sim", "ein", "man", "manual", "hand"];
-
-/// Names of columns, in lower case without anything between their letters, and the words in them that say that the loop
-/// is not closed there.
-const STATUS: &[(&[&str], &[&str], &str)] = &[
-    (
-        &[
-            "mode",
-            "loopmode",
-            "controlmode",
-            "controllermode",
-            "ctrlmode",
-            "pidmode",
-            "opmode",
-            "automan",
-            "automan",
-            "am",
-            "manauto",
-            "manualauto",
-            "automanual",
-            "autohand",
-            "handauto",
-            "modeact",
-            "actualmode",
-            "betriebsart",
-            "modus",
-            "modo",
-            "modalita",
-            "modalit\u{e0}",
-            "status",
-            "loopstatus",
-            "state",
-            "loopstate",
-            "zustand",
-            "stato",
-            "estado",
-            "etat",
-            "\u{e9}tat",
-        ],
-        MANUAL,
-        AUTOMATIC,
-    ),
-    (
-        &[
-            "quality",
-            "qual",
-            "dataquality",
-            "pvquality",
-            "qualitaet",
-            "qualit\u{e4}t",
-            "qualite",
-            "qualit\u{e9}",
-            "calidad",
-            "qualita",
-            "qualit\u{e0}",
-            "qualidade",
-            "validity",
-        ],
-        BAD,
-        "GOOD",
-    ),
-    (
-        &[
-            "auto",
-            "automatic",
-            "inauto",
-            "isauto",
-            "automatik",
-            "automatique",
-            "closedloop",
-            "loopclosed",
-            "automatico",
-        ],
-        NO,
-        "1",
-    ),
-    (
-        &["manual", "man", "inmanual", "ismanual", "hand", "handbetrieb", "manuel", "manuell", "manuale"],
-        YES,
-        "0",
-    ),
-];
 
 impl When {
     /// The condition that a column of this name (in lower case, without anything between its letters) carries by itself:
     /// a mode that is not manual, a quality that is not bad.
     pub(super) fn of_status(column: &str, plain_name: &str) -> Option<Self> {
-        let (_, words, _) = Self::status(plain_name)?;
-        let (column, comparison) = (column.to_owned(), Comparison::NotEqual);
-        Some(Self { column, comparison, value: Value::NoneOf(words) })
+        let value = Value::Status(Watched::of(plain_name)?);
+        Some(Self { column: column.to_owned(), comparison: Comparison::NotEqual, value })
     }
 
-    fn status(
-        plain_name: &str,
-    ) -> Option<&'static (&'static [&'static str], &'static [&'static str], &'static str)> {
-        STATUS.iter().find(|(names, _, _)| names.contains(&plain_name))
+    /// The status that the column itself carries, where nobody asked for a condition.
+    pub(super) fn status(&self) -> Option<&Watched> {
+        match &self.value {
+            Value::Status(watched) => Some(watched),
+            _ => None,
+        }
     }
 
-    /// Whether a column of this name holds a mode, which may be written as a number.
-    pub(super) fn may_be_a_code(plain_name: &str) -> bool {
-        Self::status(plain_name).is_some_and(|(_, _, closed)| *closed == AUTOMATIC)
+    /// What is told where rows don't count by a status that nobody asked for.
+    pub(super) fn note(&self) -> Option<String> {
+        self.status()?.note(&self.column)
     }
 
-    /// The value that such a column has where the loop is closed, for an example.
-    pub(super) fn closed_value(plain_name: &str) -> &'static str {
-        Self::status(plain_name).map_or("1", |(_, _, value)| value)
+    /// Whether a quality is good by the code in a cell; `None` where there is no code.
+    pub(super) fn is_good_code(&self, cell: &[u8]) -> Option<bool> {
+        self.status()?.is_good_code(cell)
     }
 
     /// `always`: every row counts, whatever a mode or a quality says.
@@ -226,10 +82,11 @@ impl When {
     pub fn holds(&self, cell: &[u8]) -> bool {
         if cell.is_empty() {
             // Of a mode or a quality only the changes may be written.
-            return matches!(self.value, Value::NoneOf(_));
+            return matches!(self.value, Value::Status(_) | Value::Any);
         }
         match &self.value {
-            Value::NoneOf(words) => !words.iter().any(|word| cell.eq_ignore_ascii_case(word.as_bytes())),
+            Value::Status(watched) => watched.holds(cell),
+            Value::Any => true,
             Value::Text(text) => (cell == text.as_bytes()) == (self.comparison == Comparison::Equal),
             Value::Number(limit) => {
                 super::decimal::parse_number(cell).is_some_and(|x| self.compares(x, *limit))
@@ -258,8 +115,11 @@ impl FromStr for When {
 
     fn from_str(text: &str) -> Result<Self> {
         if text.trim() == ALWAYS {
-            let value = Value::NoneOf(&[]);
-            return Ok(Self { column: ALWAYS.to_owned(), comparison: Comparison::NotEqual, value });
+            return Ok(Self {
+                column: ALWAYS.to_owned(),
+                comparison: Comparison::NotEqual,
+                value: Value::Any,
+            });
         }
         let refused = |what: &str| {
             Error::new(format!("when: '{text}' {what}"))
@@ -330,6 +190,9 @@ mod tests {
             ("mode", "Man", false),
             ("quality", "GOOD", true),
             ("quality", "Bad", false),
+            ("status", "OK", true),
+            ("status", "FAULT", false),
+            ("status", "bad", false),
             ("auto", "1", true),
             ("auto", "0", false),
             ("manual", "TRUE", false),

@@ -4,7 +4,7 @@
 
 use super::super::choice::{Choice, Reference};
 use super::super::decimal::{DecimalMark, parse_number};
-use super::super::row::Row;
+use super::super::row::{Row, worse};
 use super::super::stamp::{Stamp, TimeUnit};
 use super::super::when::When;
 
@@ -67,6 +67,7 @@ pub(super) struct PlainRow {
     /// Its line, counted from the block's first.
     pub line: u32,
     manual: bool,
+    good: Option<bool>,
     pub stamp: Stamp,
     r: f64,
     y: f64,
@@ -95,7 +96,7 @@ impl PlainRows {
         let Some(plain) = self.rows.get(index) else { return };
         row.stamp = plain.stamp;
         (row.r, row.y, row.u) = (plain.r, plain.y, plain.u);
-        (row.manual, row.mode) = (plain.manual, plain.mode);
+        (row.manual, row.mode, row.good) = (plain.manual, plain.mode, plain.good);
         row.extra.clear();
         let from = index * self.extra_columns;
         row.extra.extend_from_slice(self.extra.get(from..from + self.extra_columns).unwrap_or_default());
@@ -116,8 +117,7 @@ impl Plan {
             Reference::Absent => None,
         };
         let signals = [(choice.t, Part::Time), (r, Part::R), (choice.y, Part::Y), (choice.u, Part::U)];
-        let mode = choice.mode.as_ref().map(|(index, _)| *index);
-        let signals = signals.into_iter().chain([(mode, Part::Mode)]);
+        let signals = signals.into_iter().chain([(choice.mode, Part::Mode)]);
         let when = choice.when.iter().enumerate().map(|(i, (index, _))| (*index, Part::When(i)));
         // A column of text is NaN throughout.
         let extra = choice.extra.iter().enumerate().filter(|(_, extra)| !extra.text);
@@ -176,9 +176,18 @@ impl Plan {
             return None;
         }
         let nan = f64::NAN;
-        let stamp = Stamp::default();
-        let mut row =
-            PlainRow { from: 0, to: 0, line: 0, manual: false, stamp, r: nan, y: nan, u: nan, mode: nan };
+        let mut row = PlainRow {
+            from: 0,
+            to: 0,
+            line: 0,
+            manual: false,
+            good: None,
+            stamp: Stamp::default(),
+            r: nan,
+            y: nan,
+            u: nan,
+            mode: nan,
+        };
         let further = extra.len();
         extra.resize(further + self.extra, nan);
         let mut cells = Cells { text, separator: self.separator, from, to: from, next: from, seen: 0 };
@@ -195,7 +204,10 @@ impl Plan {
                 Part::Mode => row.mode = parse_number(cells.go_to(*index)?).unwrap_or(nan),
                 Part::When(i) => {
                     let cell = cells.go_to(*index)?;
-                    row.manual |= !self.when.get(*i)?.holds(self.mark.plain(cell).as_deref().unwrap_or(cell));
+                    let plain = self.mark.plain(cell);
+                    let (when, cell) = (self.when.get(*i)?, plain.as_deref().unwrap_or(cell));
+                    row.manual |= !when.holds(cell);
+                    row.good = worse(row.good, when.is_good_code(cell));
                 }
             }
         }

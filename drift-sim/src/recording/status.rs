@@ -1,0 +1,270 @@
+//! Columns that say by their name that the loop is closed or a value is good, and the words in them that say that it is not.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::decimal::parse_number;
+
+/// Words of a mode that is not automatic, in the languages that names are understood in.
+const MANUAL: &[&str] = &[
+    "man",
+    "manual",
+    "m",
+    "hand",
+    "h",
+    "manuell",
+    "manuel",
+    "manuale",
+    "manuelle",
+    "open",
+    "open loop",
+    "off",
+    "o/s",
+    "oos",
+    "out of service",
+    "iman",
+    "lo",
+    "init",
+    "initman",
+    "hold",
+    "track",
+    "tracking",
+    "stop",
+    "stopped",
+    "disabled",
+    "aus",
+    "arret",
+    "paro",
+    "fermo",
+    "desligado",
+];
+/// Words of a value that is not to be trusted.
+const BAD: &[&str] = &[
+    "bad",
+    "uncertain",
+    "questionable",
+    "poor",
+    "error",
+    "err",
+    "fault",
+    "fail",
+    "failed",
+    "failure",
+    "invalid",
+    "i/o timeout",
+    "comm fail",
+    "no good",
+    "ng",
+    "faulted",
+    "trip",
+    "tripped",
+    "not ok",
+    "nok",
+    "schlecht",
+    "fehler",
+    "ung\u{fc}ltig",
+    "mauvais",
+    "malo",
+    "cattivo",
+    "ruim",
+];
+/// What says no to "automatic?".
+const NO: &[&str] =
+    &["0", "0.0", "false", "no", "n", "off", "nein", "non", "falsch", "man", "manual", "hand", "aus"];
+/// What says yes to "manual?".
+const YES: &[&str] =
+    &["1", "1.0", "true", "yes", "y", "on", "ja", "oui", "wahr", "si", "sim", "ein", "man", "manual", "hand"];
+
+/// From this code of OPC on a value is good; the codes end at 255.
+const GOOD_LEAST: f64 = 192.0;
+
+/// What a column of a status says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// How the loop is run, in words or codes.
+    Mode,
+    /// Whether a value is good, in words or codes.
+    Quality,
+    /// Yes or no.
+    Answer,
+}
+
+/// Columns of one kind.
+#[derive(Debug)]
+struct Status {
+    /// Their names, in lower case without anything between their letters.
+    names: &'static [&'static str],
+    kind: Kind,
+    /// The words in them that say that the loop is not closed, or the value not good.
+    words: &'static [&'static [&'static str]],
+    /// The value that most have where the loop is closed.
+    closed: &'static str,
+}
+
+const STATUS: &[Status] = &[
+    Status {
+        names: &[
+            "mode",
+            "loopmode",
+            "controlmode",
+            "controllermode",
+            "ctrlmode",
+            "pidmode",
+            "opmode",
+            "automan",
+            "automan",
+            "am",
+            "manauto",
+            "manualauto",
+            "automanual",
+            "autohand",
+            "handauto",
+            "modeact",
+            "actualmode",
+            "betriebsart",
+            "modus",
+            "modo",
+            "modalita",
+            "modalit\u{e0}",
+            "status",
+            "loopstatus",
+            "state",
+            "loopstate",
+            "zustand",
+            "stato",
+            "estado",
+            "etat",
+            "\u{e9}tat",
+        ],
+        kind: Kind::Mode,
+        words: &[MANUAL, BAD],
+        closed: "AUTO",
+    },
+    Status {
+        names: &[
+            "quality",
+            "qual",
+            "dataquality",
+            "pvquality",
+            "qualitaet",
+            "qualit\u{e4}t",
+            "qualite",
+            "qualit\u{e9}",
+            "calidad",
+            "qualita",
+            "qualit\u{e0}",
+            "qualidade",
+            "validity",
+        ],
+        kind: Kind::Quality,
+        words: &[BAD],
+        closed: "GOOD",
+    },
+    Status {
+        names: &[
+            "auto",
+            "automatic",
+            "inauto",
+            "isauto",
+            "automatik",
+            "automatique",
+            "closedloop",
+            "loopclosed",
+            "automatico",
+        ],
+        kind: Kind::Answer,
+        words: &[NO],
+        closed: "1",
+    },
+    Status {
+        names: &[
+            "manual",
+            "man",
+            "inmanual",
+            "ismanual",
+            "hand",
+            "handbetrieb",
+            "manuel",
+            "manuell",
+            "manuale",
+        ],
+        kind: Kind::Answer,
+        words: &[YES],
+        closed: "0",
+    },
+];
+
+/// The status of one column, and what was seen of it.
+#[derive(Debug, Clone)]
+pub(super) struct Watched {
+    status: &'static Status,
+    seen: Arc<Seen>,
+}
+
+/// What was seen of a column, by all who read it.
+#[derive(Debug, Default)]
+struct Seen {
+    /// A row that does not count.
+    dropped: AtomicBool,
+}
+
+impl PartialEq for Watched {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self.status, other.status)
+    }
+}
+
+impl Watched {
+    /// The status that a column of this name holds.
+    pub fn of(plain_name: &str) -> Option<Self> {
+        let status = STATUS.iter().find(|status| status.names.contains(&plain_name))?;
+        Some(Self { status, seen: Arc::default() })
+    }
+
+    /// Whether a row counts in which the column holds this.
+    pub fn holds(&self, cell: &[u8]) -> bool {
+        let mut words = self.status.words.iter().copied().flatten();
+        let counts = !words.any(|word| same_word(cell, word.as_bytes()));
+        if !counts {
+            self.seen.dropped.store(true, Ordering::Relaxed);
+        }
+        counts
+    }
+
+    /// Whether it holds a mode, which may be written as a number.
+    pub fn is_mode(&self) -> bool {
+        self.status.kind == Kind::Mode
+    }
+
+    /// Whether it holds a quality, which may be written as a code of OPC.
+    pub fn is_quality(&self) -> bool {
+        self.status.kind == Kind::Quality
+    }
+
+    /// Whether a quality is good by the code of OPC in a cell; `None` where there is none.
+    pub fn is_good_code(&self, cell: &[u8]) -> Option<bool> {
+        if !self.is_quality() {
+            return None;
+        }
+        let code = parse_number(cell).filter(|code| (0.0..=255.0).contains(code) && code.fract() == 0.0)?;
+        Some(code >= GOOD_LEAST)
+    }
+
+    /// What is told of a column of this name, where rows don't count by its words.
+    pub fn note(&self, name: &str) -> Option<String> {
+        if !self.seen.dropped.load(Ordering::Relaxed) {
+            return None;
+        }
+        let example = format!("{name}={}", self.status.closed);
+        let example = if example.contains(' ') { format!("\"{example}\"") } else { example };
+        Some(format!(
+            "rows where '{name}' says that the loop is not closed or the value is bad don't count (--when {example} or \
+             --when always says otherwise)"
+        ))
+    }
+}
+
+/// Whether two words are the same but for the case of their letters.
+pub(super) fn same_word(one: &[u8], other: &[u8]) -> bool {
+    one.eq_ignore_ascii_case(other)
+}

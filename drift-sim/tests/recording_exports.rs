@@ -288,3 +288,25 @@ fn a_note_on_a_status_comes_with_the_rows_that_it_drops() {
         assert_eq!(status_of(&with_status(name, good, bad)), (String::new(), 0), "{name} {bad}");
     }
 }
+
+/// The condition that is proposed is one of this file, and typed it reads the file as it was read without.
+#[test]
+fn the_condition_that_a_note_proposes_is_of_this_file() {
+    for (name, good, bad, proposed) in [
+        ("Betriebsart", "Automatik", "Hand", "Betriebsart=Automatik"),
+        ("LoopMode", "Cascade", "Manual", "LoopMode=Cascade"),
+        ("MODE", "Auto", "Man", "MODE=Auto"),
+        ("status", "Normal", "Bad", "status=Normal"),
+        ("LOOP MODE", "Follow setpoint", "Hand", "\"LOOP MODE=Follow setpoint\""),
+        ("manual", "FALSE", "TRUE", "manual=FALSE"),
+        ("quality", "192", "24", "\"quality>=192\""),
+    ] {
+        let text = with_status(name, good, bad);
+        let (told, manual) = status_of(&text);
+        assert!(told.contains(&format!("(--when {proposed} or --when always says otherwise)")), "{told}");
+        let when = vec![proposed.trim_matches('"').parse().unwrap()];
+        let options = ReadOptions { when, ..ReadOptions::default() };
+        let as_typed = Recording::from_reader("x", std::io::Cursor::new(text), &options).unwrap();
+        assert_eq!((as_typed.quality.manual, manual), (20, 20), "{name}");
+    }
+}

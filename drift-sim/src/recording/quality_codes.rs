@@ -29,7 +29,7 @@ impl Filter for QualityCodes {
     fn note(&self) -> Option<String> {
         let name = self.source().choice().quality().filter(|_| self.dropped)?;
         Some(format!(
-            "rows where '{name}' is below 192 don't count: these codes of OPC are no good ones (--when \"{name}>=N\" or \
+            "rows where '{name}' is below 192 don't count: these codes of OPC are no good ones (--when \"{name}>=192\" or \
              --when always says otherwise)"
         ))
     }

@@ -1,7 +1,7 @@
 //! Columns that say by their name that the loop is closed or a value is good, and the words in them that say that it is not.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use super::decimal::parse_number;
 
@@ -75,6 +75,35 @@ const NO: &[&str] =
 const YES: &[&str] =
     &["1", "1.0", "true", "yes", "y", "on", "ja", "oui", "wahr", "si", "sim", "ein", "man", "manual", "hand"];
 
+/// Words of a mode in which the loop is closed.
+const CLOSED: &[&str] = &[
+    "auto",
+    "automatic",
+    "automatik",
+    "automatique",
+    "automatico",
+    "aut",
+    "a",
+    "cas",
+    "casc",
+    "cascade",
+    "kaskade",
+    "rcas",
+    "closed",
+    "closed loop",
+    "on",
+    "run",
+    "running",
+    "ok",
+    "good",
+];
+/// Words of a value that is good.
+const GOOD: &[&str] = &["good", "ok", "valid", "gut", "bon", "bueno", "buono", "bom"];
+/// Different words of a column that are counted.
+const WORDS: usize = 16;
+/// A longer word is no value to propose.
+const WORD_BYTES_MAX: usize = 40;
+
 /// From this code of OPC on a value is good; the codes end at 255.
 const GOOD_LEAST: f64 = 192.0;
 
@@ -97,8 +126,8 @@ struct Status {
     kind: Kind,
     /// The words in them that say that the loop is not closed, or the value not good.
     words: &'static [&'static [&'static str]],
-    /// The value that most have where the loop is closed.
-    closed: &'static str,
+    /// Words that say that it is.
+    closed: &'static [&'static str],
 }
 
 const STATUS: &[Status] = &[
@@ -138,7 +167,7 @@ const STATUS: &[Status] = &[
         ],
         kind: Kind::Mode,
         words: &[MANUAL, BAD],
-        closed: "AUTO",
+        closed: CLOSED,
     },
     Status {
         names: &[
@@ -158,7 +187,7 @@ const STATUS: &[Status] = &[
         ],
         kind: Kind::Quality,
         words: &[BAD],
-        closed: "GOOD",
+        closed: GOOD,
     },
     Status {
         names: &[
@@ -174,7 +203,7 @@ const STATUS: &[Status] = &[
         ],
         kind: Kind::Answer,
         words: &[NO],
-        closed: "1",
+        closed: YES,
     },
     Status {
         names: &[
@@ -190,7 +219,7 @@ const STATUS: &[Status] = &[
         ],
         kind: Kind::Answer,
         words: &[YES],
-        closed: "0",
+        closed: NO,
     },
 ];
 
@@ -206,6 +235,42 @@ pub(super) struct Watched {
 struct Seen {
     /// A row that does not count.
     dropped: AtomicBool,
+    words: [Word; WORDS],
+}
+
+/// A word and the rows in which it stands.
+#[derive(Debug, Default)]
+struct Word {
+    text: OnceLock<Box<[u8]>>,
+    rows: AtomicU64,
+}
+
+impl Seen {
+    fn count(&self, cell: &[u8]) {
+        if cell.len() > WORD_BYTES_MAX {
+            return;
+        }
+        let is_it = |word: &&Word| **word.text.get_or_init(|| cell.into()) == *cell;
+        if let Some(word) = self.words.iter().find(is_it) {
+            word.rows.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// The commonest of the words that fit, as the file writes it.
+    fn commonest(&self, fits: impl Fn(&str) -> bool) -> Option<&str> {
+        let words = self.words.iter().filter_map(|word| {
+            let text = std::str::from_utf8(word.text.get()?).ok()?;
+            Some((word.rows.load(Ordering::Relaxed), text))
+        });
+        let fitting = words.filter(|(_, text)| is_typed_easily(text) && fits(text));
+        // Of words in equally many rows always the same, whoever counted them first.
+        fitting.max_by_key(|(rows, text)| (*rows, std::cmp::Reverse(*text))).map(|(_, text)| text)
+    }
+}
+
+/// Whether a shell takes a word as it stands, between quotes at most.
+fn is_typed_easily(word: &str) -> bool {
+    !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || " -_./:()".contains(c))
 }
 
 impl PartialEq for Watched {
@@ -223,12 +288,26 @@ impl Watched {
 
     /// Whether a row counts in which the column holds this.
     pub fn holds(&self, cell: &[u8]) -> bool {
-        let mut words = self.status.words.iter().copied().flatten();
-        let counts = !words.any(|word| same_word(cell, word.as_bytes()));
+        self.seen.count(cell);
+        let counts = !self.is_dropped(cell);
         if !counts {
             self.seen.dropped.store(true, Ordering::Relaxed);
         }
         counts
+    }
+
+    fn is_dropped(&self, cell: &[u8]) -> bool {
+        self.status.words.iter().copied().flatten().any(|word| same_word(cell, word.as_bytes()))
+    }
+
+    /// The file's own value where the loop is closed: its commonest word that says so, else the commonest that drops no row, else the
+    /// commonest.
+    fn closed_value(&self) -> Option<&str> {
+        let says_so =
+            |text: &str| self.status.closed.iter().any(|word| same_word(text.as_bytes(), word.as_bytes()));
+        let counts = |text: &str| !self.is_dropped(text.as_bytes());
+        let seen = &self.seen;
+        seen.commonest(says_so).or_else(|| seen.commonest(counts)).or_else(|| seen.commonest(|_| true))
     }
 
     /// Whether it holds a mode, which may be written as a number.
@@ -255,16 +334,24 @@ impl Watched {
         if !self.seen.dropped.load(Ordering::Relaxed) {
             return None;
         }
-        let example = format!("{name}={}", self.status.closed);
-        let example = if example.contains(' ') { format!("\"{example}\"") } else { example };
+        let example = self.closed_value().map(|value| typed(&format!("{name}={value}")));
+        let example = example.map_or_else(String::new, |example| format!("--when {example} or "));
         Some(format!(
-            "rows where '{name}' says that the loop is not closed or the value is bad don't count (--when {example} or \
+            "rows where '{name}' says that the loop is not closed or the value is bad don't count ({example}\
              --when always says otherwise)"
         ))
     }
 }
 
+/// A condition as a shell takes it.
+fn typed(condition: &str) -> String {
+    let is_plain = condition.chars().all(|c| c.is_alphanumeric() || "=-_./:".contains(c));
+    if is_plain { condition.to_owned() } else { format!("\"{condition}\"") }
+}
+
 /// Whether two words are the same but for the case of their letters.
 pub(super) fn same_word(one: &[u8], other: &[u8]) -> bool {
+    let lower = |word| std::str::from_utf8(word).map(str::to_lowercase);
     one.eq_ignore_ascii_case(other)
+        || (!one.is_ascii() && matches!((lower(one), lower(other)), (Ok(one), Ok(other)) if one == other))
 }

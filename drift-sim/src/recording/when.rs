@@ -3,7 +3,7 @@
 
 use std::str::FromStr;
 
-use super::status::Watched;
+use super::status::{Watched, same_word};
 use crate::{Error, Result};
 
 /// The condition that every row meets.
@@ -87,7 +87,7 @@ impl When {
         match &self.value {
             Value::Status(watched) => watched.holds(cell),
             Value::Any => true,
-            Value::Text(text) => (cell == text.as_bytes()) == (self.comparison == Comparison::Equal),
+            Value::Text(text) => same_word(cell, text.as_bytes()) == (self.comparison == Comparison::Equal),
             Value::Number(limit) => {
                 super::decimal::parse_number(cell).is_some_and(|x| self.compares(x, *limit))
             }
@@ -175,6 +175,8 @@ mod tests {
             ("x>=2", "nan", false),
             ("mode=AUTO", "AUTO", true),
             ("mode!=AUTO", "MAN", true),
+            ("mode=AUTO", "Auto", true),
+            ("mode!=Arr\u{ea}t", "ARR\u{ca}T", false),
             ("mode!=AUTO", "AUTO", false),
             ("x>2", "much", false),
         ] {

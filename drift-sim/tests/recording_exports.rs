@@ -310,3 +310,21 @@ fn the_condition_that_a_note_proposes_is_of_this_file() {
         assert_eq!((as_typed.quality.manual, manual), (20, 20), "{name}");
     }
 }
+
+#[test]
+fn further_names_of_a_mode_are_understood() {
+    for (name, good, bad) in [
+        ("A/M", "A", "M"),
+        ("TIC101.A/M", "AUTO", "MAN"),
+        ("enabled", "1", "0"),
+        ("controller_enabled", "True", "False"),
+        ("TIC101.PID enabled", "on", "off"),
+        ("Regler aktiv", "ja", "nein"),
+    ] {
+        assert_eq!(status_of(&with_status(name, good, bad)).1, 20, "{name}");
+    }
+    // What is enabled or active here is something else; a unit is no mode.
+    for name in ["alarm_enabled", "heater.active", "field A/m"] {
+        assert_eq!(status_of(&with_status(name, "1", "0")), (String::new(), 0), "{name}");
+    }
+}

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::cell_kind::CellKind;
-use super::guess::{Guess, SIGNALS, guess, is_usual, plain, tag};
+use super::guess::{Guess, SIGNALS, guess, is_usual, status_readings, tag};
 use super::row::excerpt;
 use super::status::Watched;
 use super::{ColumnMap, ReadOptions, When};
@@ -349,9 +349,10 @@ impl Choice {
         }
         let signals = self.signals();
         for (index, name) in names.names.iter().enumerate().filter(|(index, _)| !signals.contains(index)) {
-            let readings = plain(name);
+            let readings = status_readings(name);
             // A column of words may name its mode before its last part: `MODE.ACTUAL`.
-            let before = tag(name).filter(|_| names.kinds.get(index) == Some(&CellKind::Text)).map(plain);
+            let before =
+                tag(name).filter(|_| names.kinds.get(index) == Some(&CellKind::Text)).map(status_readings);
             let status =
                 readings.iter().chain(before.iter().flatten()).find_map(|plain| When::of_status(name, plain));
             let Some(when) = status else { continue };

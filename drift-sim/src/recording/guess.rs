@@ -236,6 +236,27 @@ pub(super) fn plain(name: &str) -> [String; 3] {
     read(&parts(name))
 }
 
+/// How the name of a status may read. The m of `A/M` is no metre; what is enabled or active is the loop only where the whole name says
+/// nothing else.
+pub(super) fn status_readings(name: &str) -> Vec<String> {
+    let [whole, last_two, last] = plain(name);
+    let is_alone = !ENABLED.contains(&last.as_str()) || whole == last;
+    let auto_man = is_auto_man(name).then(|| "am".to_owned());
+    auto_man.into_iter().chain([whole, last_two]).chain(is_alone.then_some(last)).collect()
+}
+
+/// Words that say yes of whatever stands before them.
+const ENABLED: &[&str] = &["enabled", "enable", "active", "aktiv"];
+
+/// Whether a tag ends in `A/M`. `A/m` is a unit.
+fn is_auto_man(name: &str) -> bool {
+    ["A/M", "a/m", "M/A", "A_M"].iter().any(|end| {
+        name.trim_end()
+            .strip_suffix(end)
+            .is_some_and(|before| !before.chars().next_back().is_some_and(char::is_alphanumeric))
+    })
+}
+
 fn read(parts: &[String]) -> [String; 3] {
     let last = |count: usize| parts.get(parts.len().saturating_sub(count)..).unwrap_or_default().concat();
     [parts.concat(), last(2), last(1)]

@@ -10,7 +10,7 @@ use super::budget::Budget;
 use super::cell_kind::CellKind;
 use super::choice::Choice;
 use super::clock::Clock;
-use super::guess::{Guess, guess, plain};
+use super::guess::{Guess, guess, plain, status_readings};
 use super::records::{Record, Records};
 use super::row::excerpt;
 use super::text_rows::{Header, TextRows};
@@ -121,7 +121,7 @@ impl LongTable {
         let (tag, value) = (only(&is_tag)?, only(&is_value)?);
         let others = names.iter().enumerate().filter(|(index, _)| ![time, tag, value].contains(index));
         let status = others.filter_map(|(index, name)| {
-            let when = plain(name).iter().find_map(|plain| When::of_status(name, plain))?;
+            let when = status_readings(name).iter().find_map(|plain| When::of_status(name, plain))?;
             Some((index, when))
         });
         (tag != value).then(|| Self { time, date, tag, value, status: status.collect() })

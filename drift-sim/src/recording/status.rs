@@ -69,11 +69,15 @@ const BAD: &[&str] = &[
     "ruim",
 ];
 /// What says no to "automatic?".
-const NO: &[&str] =
-    &["0", "0.0", "false", "no", "n", "off", "nein", "non", "falsch", "man", "manual", "hand", "aus"];
+const NO: &[&str] = &[
+    "0", "0.0", "false", "no", "n", "off", "nein", "non", "falsch", "man", "manual", "hand", "aus",
+    "disabled", "inactive", "inaktiv", "gesperrt", "stop", "stopped",
+];
 /// What says yes to "manual?".
-const YES: &[&str] =
-    &["1", "1.0", "true", "yes", "y", "on", "ja", "oui", "wahr", "si", "sim", "ein", "man", "manual", "hand"];
+const YES: &[&str] = &[
+    "1", "1.0", "true", "yes", "y", "on", "ja", "oui", "wahr", "si", "sim", "ein", "man", "manual", "hand",
+    "enabled", "active", "aktiv",
+];
 
 /// Words of a mode in which the loop is closed.
 const CLOSED: &[&str] = &[
@@ -199,6 +203,25 @@ const STATUS: &[Status] = &[
             "automatique",
             "closedloop",
             "loopclosed",
+            "enabled",
+            "enable",
+            "active",
+            "aktiv",
+            "controllerenabled",
+            "controllerenable",
+            "controlleractive",
+            "controlenabled",
+            "controlenable",
+            "controlactive",
+            "loopenabled",
+            "loopenable",
+            "loopactive",
+            "pidenabled",
+            "pidenable",
+            "pidactive",
+            "regleraktiv",
+            "reglerein",
+            "reglerfreigabe",
             "automatico",
         ],
         kind: Kind::Answer,

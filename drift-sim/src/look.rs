@@ -158,8 +158,17 @@ fn skip_value<'a>(first: &str, words: &mut impl Iterator<Item = &'a str>) {
     }
 }
 
-/// What reads the recording: with a step to resample by where its rows are uneven.
+/// Whether the reader refused rows that repeat a time stamp with other values.
+fn is_repeated(seen: &Overview) -> bool {
+    let refused = seen.sampling.as_ref().and_then(|sampling| sampling.as_ref().err());
+    refused.is_some_and(|error| error.to_string().contains("; --repeated "))
+}
+
+/// What reads the recording: with the mean of the rows that repeat a time stamp, or a step to resample by where its rows are uneven.
 fn next_arguments(seen: &Overview, typed: &str) -> String {
+    if is_repeated(seen) {
+        return format!("{typed} --repeated mean");
+    }
     suggested_step(seen).map_or_else(|| typed.to_owned(), |step| format!("{typed} --resample {step}"))
 }
 

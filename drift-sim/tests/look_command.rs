@@ -177,3 +177,20 @@ fn notes_are_paragraphs_of_the_windows_width() {
         "{told}"
     );
 }
+
+/// A row repeats a time stamp with other values: the command that comes next says what becomes of it, and is not refused.
+#[test]
+fn repeated_time_stamps_are_read_by_the_command_that_comes_next() {
+    let mut csv = String::from("t,r,y,u\n");
+    for k in 0..200 {
+        writeln!(csv, "{k},40,{},{}", 20 + k % 7, 60 - k % 5).unwrap();
+        if k == 50 {
+            writeln!(csv, "{k},40,30,61").unwrap();
+        }
+    }
+    let text = look(&csv, &[]);
+    assert!(text.contains("next: drift init rec.csv --repeated mean -o loop.toml"), "{text}");
+    let then = look(&csv, &["--repeated", "mean"]);
+    assert!(then.contains("every 1 s, uniform") && !then.contains(" but "), "{then}");
+    assert!(then.contains("next: drift init rec.csv --repeated mean -o loop.toml"), "{then}");
+}

@@ -218,7 +218,7 @@ impl<'a> Names<'a> {
             .filter_map(|signal| {
                 let index = known[signal].or_else(|| next(signal));
                 let name = match index {
-                    Some(index) => written(self.names, index),
+                    Some(index) => written_with(self.names, self.date.filter(|_| signal == 0), index),
                     // No column is left that holds numbers or dates.
                     None if signal == 0 => return None,
                     None => "NAME".to_owned(),
@@ -245,6 +245,12 @@ fn written(names: &[String], index: usize) -> String {
     let is_plain = !name.is_empty() && !name.contains([',', '=', '"', '+']) && *name == excerpt(name);
     let is_only = names.iter().filter(|other| *other == name).nth(1).is_none();
     if is_plain && is_only { name.clone() } else { (index + 1).to_string() }
+}
+
+/// The same, with the column of the date before that of the time of the day.
+fn written_with(names: &[String], date: Option<usize>, index: usize) -> String {
+    let date = date.map_or_else(String::new, |date| format!("{}+", written(names, date)));
+    format!("{date}{}", written(names, index))
 }
 
 /// Pairs as a shell takes them.
@@ -403,7 +409,8 @@ impl Choice {
             .zip(signals)
             .filter_map(|(letter, signal)| {
                 let column = if signal? == index { other } else { signal? };
-                Some(format!("{letter}={}", written(names, column)))
+                let date = self.date.filter(|_| *letter == SIGNALS[0]);
+                Some(format!("{letter}={}", written_with(names, date, column)))
             })
             .collect();
         format!("numbers, or another column, like --columns {}", quoted(&pairs))
@@ -437,4 +444,22 @@ pub(super) fn no_column<S: AsRef<str>>(name: &str, what_for: &str, there: &[S]) 
     let there: Vec<&str> = there.iter().map(AsRef::as_ref).collect();
     Error::new(format!("no column '{name}' for {what_for}"))
         .allowed(format!("the columns are {}", excerpt(&there.join(", "))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The example is read as it stands, and names the date with the time of the day.
+    #[test]
+    fn an_example_keeps_the_date_beside_the_time_of_the_day() {
+        let names = ["Datum", "Uhrzeit", "Kessel", "Klappe", "Halle"].map(String::from);
+        let incomplete = ReadOptions { incomplete: true, ..ReadOptions::default() };
+        let example = Choice::of(&names, &incomplete).unwrap().lacks.unwrap().example;
+        assert_eq!(example, "t=Datum+Uhrzeit,y=Kessel,u=Klappe");
+        let options = ReadOptions { columns: example.parse().unwrap(), ..ReadOptions::default() };
+        let choice = Choice::of(&names, &options).unwrap();
+        assert_eq!((choice.date, choice.t, choice.y, choice.u), (Some(0), Some(1), Some(2), Some(3)));
+        assert!(choice.instead_of(2, &names).contains("--columns t=Datum+Uhrzeit,y="));
+    }
 }

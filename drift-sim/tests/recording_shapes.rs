@@ -268,7 +268,7 @@ fn the_units_of_the_columns_are_those_of_the_loop() {
         format!("{names}\n{}", (0..200).map(row).collect::<String>())
     };
     let units = |names: &str| {
-        let recording = read(&rows(names), &plain()).unwrap();
+        let recording = read(rows(names), &plain()).unwrap();
         let units = drift_sim::init::with_law_alone(&recording).unwrap().units;
         [units.r, units.y, units.u].map(Option::unwrap_or_default)
     };

@@ -164,7 +164,7 @@ fn everything_is_written_with_the_keys_that_stay() {
             "{figure}"
         );
     }
-    assert_eq!(page.matches("<figure class=\"picture\"><svg").count(), 12);
+    assert_eq!(page.matches("<figure class=\"picture\"><div class=\"broad\"><svg").count(), 12);
     assert!(page.contains("<code>drift paper</code>"));
 }
 

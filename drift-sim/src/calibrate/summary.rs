@@ -30,6 +30,7 @@ impl Calibration {
             );
             let memory = match channel.memory.order {
                 0 => String::new(),
+                1 => "; remembers 1 window".into(),
                 order => format!("; remembers {order} windows"),
             };
             text += &terminal.wrapped(&before, &format!("{}{memory}", line(fit.b0, fit.b1)));

@@ -281,6 +281,32 @@ fn can_be_written(path: &Path) -> Result<()> {
     tempfile::tempfile_in(folder(&target)).map(drop).map_err(|e| refused(path, &e))
 }
 
+/// What standard output is called as a file, where it has a name.
+const STANDARD_OUTPUT: &str = "/dev/stdout";
+
+/// Whether a path is `-` or another name of what standard output is: `/dev/stdout`, `/dev/fd/1`, the terminal, the pipe, the file.
+fn is_standard_output(path: &Path) -> bool {
+    path == Path::new("-") || is_same(path, Path::new(STANDARD_OUTPUT))
+}
+
+/// Whether what is written there is gone.
+fn is_nowhere(path: &Path) -> bool {
+    is_same(path, Path::new("/dev/null"))
+}
+
+/// Whether two paths lead to the same file, device or pipe.
+#[cfg(unix)]
+fn is_same(one: &Path, other: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let place = |path: &Path| fs::metadata(path).ok().map(|there| (there.dev(), there.ino()));
+    place(one).is_some_and(|one| Some(one) == place(other))
+}
+
+#[cfg(not(unix))]
+fn is_same(_: &Path, _: &Path) -> bool {
+    false
+}
+
 /// Where a file is, whatever path leads there; two places are the same file where they are equal.
 #[derive(PartialEq)]
 enum Place {
@@ -294,10 +320,10 @@ enum Place {
 }
 
 impl Place {
-    /// `None` for devices, which take any number of outputs.
+    /// `None` for devices, which take any number of outputs; a terminal takes one.
     fn of_output(path: &Path) -> Option<Self> {
-        if path == Path::new("-") {
-            return Some(Self::StandardOutput);
+        if is_standard_output(path) {
+            return Self::of_standard_output();
         }
         if let Ok(there) = fs::metadata(path) {
             return Self::of_file(path, &there);
@@ -305,6 +331,16 @@ impl Place {
         let target = behind_links(path);
         let folder = fs::canonicalize(folder(&target)).ok()?;
         Some(Self::Path(folder.join(target.file_name()?)))
+    }
+
+    /// Where standard output leads: a file is the same place by its own name.
+    fn of_standard_output() -> Option<Self> {
+        let path = Path::new(STANDARD_OUTPUT);
+        match fs::metadata(path) {
+            Ok(there) if there.is_file() => Self::of_file(path, &there),
+            _ if is_nowhere(path) => None,
+            _ => Some(Self::StandardOutput),
+        }
     }
 
     fn of_input(path: &Path) -> Option<Self> {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -176,33 +176,93 @@ fn all_outputs_land_together_or_not_at_all() {
     }
 }
 
-/// Ctrl-C and the request to end, while the output is half written.
+/// A command that has half written its output and waits for more, and the pipe that it waits at. What stands in `before` is run first by
+/// the shell that becomes the command.
+fn half_written(folder: &Path, before: &str) -> (Child, ChildStdin) {
+    let there = contents(folder);
+    let line = "monitor - --baseline baseline.toml --json half.jsonl";
+    let mut child = Command::new("sh")
+        .current_dir(folder)
+        .args(["-c", &format!("{before} exec '{}' {line}", env!("CARGO_BIN_EXE_drift"))])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut pipe = child.stdin.take().unwrap();
+    pipe.write_all(&there["rec.csv"]).unwrap();
+    for k in 4000..12_000 {
+        writeln!(pipe, "{k},0,0,0").unwrap();
+    }
+    pipe.flush().unwrap();
+    let began = Instant::now();
+    while contents(folder).len() == there.len() {
+        assert!(began.elapsed() < Duration::from_secs(60), "no output was begun");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    (child, pipe)
+}
+
+fn send(signal: &str, child: &Child) {
+    assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());
+}
+
+/// Ctrl-C, the request to end and a terminal that is closed, while the output is half written.
 #[test]
 fn an_interrupted_command_leaves_nothing_behind() {
     let folder = folder();
     let before = contents(folder.path());
-    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_drift"))
-            .current_dir(folder.path())
-            .args(["monitor", "-", "--baseline", "baseline.toml", "--json", "half.jsonl"])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        // The pipe stays open: the command waits for more.
-        let mut pipe = child.stdin.take().unwrap();
-        pipe.write_all(&before["rec.csv"]).unwrap();
-        for k in 4000..12_000 {
-            writeln!(pipe, "{k},0,0,0").unwrap();
-        }
-        pipe.flush().unwrap();
-        let began = Instant::now();
-        while contents(folder.path()).len() == before.len() {
-            assert!(began.elapsed() < Duration::from_secs(60), "no output was begun");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());
-        assert_eq!(child.wait().unwrap().code(), Some(code));
+    for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        let (mut child, _pipe) = half_written(folder.path(), "");
+        send(signal, &child);
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{signal}");
         assert!(contents(folder.path()) == before, "{signal} left something");
     }
+}
+
+/// `nohup` begins a command with the hang-up ignored: it goes on to its end.
+#[test]
+fn a_hang_up_that_is_ignored_stays_ignored() {
+    let folder = folder();
+    let (mut child, pipe) = half_written(folder.path(), "trap '' HUP;");
+    send("-HUP", &child);
+    std::thread::sleep(Duration::from_millis(200));
+    drop(pipe);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(contents(folder.path()).contains_key("half.jsonl"));
+}
+
+/// Standard output has more names than one.
+#[test]
+fn two_outputs_to_standard_output_are_refused() {
+    let folder = folder();
+    let before = contents(folder.path());
+    for (line, other) in [
+        (
+            "monitor rec.csv --baseline baseline.toml --json /dev/stdout --plot -",
+            "--json and --plot are both '-'",
+        ),
+        (
+            "monitor rec.csv --baseline baseline.toml --json - --plot /dev/fd/1",
+            "--json and --plot are both '/dev/fd/1'",
+        ),
+        ("diagnose rec.csv --json - --report /dev/stdout", "--report and --json are both"),
+    ] {
+        let (code, told) = drift(folder.path(), &line.split(' ').collect::<Vec<_>>());
+        assert_eq!(code, Some(1), "{line}: {told}");
+        assert!(told.contains(other) || told.contains("--json and --report are both"), "{line}: {told}");
+    }
+    // The file behind standard output, by its own name.
+    let out = fs::File::create(folder.path().join("out")).unwrap();
+    let refused = Command::new(env!("CARGO_BIN_EXE_drift"))
+        .current_dir(folder.path())
+        .args("monitor rec.csv --baseline baseline.toml --json - --plot out".split(' '))
+        .stdout(out)
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    fs::remove_file(folder.path().join("out")).unwrap();
+    // What nobody keeps may be written to twice.
+    let null = "monitor rec.csv --baseline baseline.toml --json /dev/null --plot /dev/null";
+    assert_eq!(drift(folder.path(), &null.split(' ').collect::<Vec<_>>()).0, Some(0));
+    assert!(contents(folder.path()) == before);
 }

@@ -8,6 +8,7 @@ mod design;
 mod diagnose;
 mod fleet;
 mod init;
+mod interrupts;
 mod likelihood;
 mod look;
 mod man;
@@ -61,7 +62,7 @@ enum Command {
 
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
-    leave_nothing_unfinished();
+    interrupts::leave_nothing_unfinished();
     let arguments = Arguments::parse();
     let done: drift_sim::Result<ExitCode> = match arguments.command {
         Command::Demo(arguments) => demo::run(&arguments),
@@ -88,31 +89,6 @@ fn main() -> ExitCode {
         }
     }
 }
-
-/// Ctrl-C, and the request to end, remove what is half written. A hang-up is left to the shell: `nohup` ignores it.
-#[cfg(unix)]
-fn leave_nothing_unfinished() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
-    std::thread::spawn(move || {
-        if let Some(signal) = signals.forever().next() {
-            drift_sim::output::remove_unfinished();
-            std::process::exit(128 + signal);
-        }
-    });
-}
-
-/// Ctrl-C removes what is half written.
-#[cfg(windows)]
-fn leave_nothing_unfinished() {
-    let _ = ctrlc::set_handler(|| {
-        drift_sim::output::remove_unfinished();
-        std::process::exit(130);
-    });
-}
-
-#[cfg(not(any(unix, windows)))]
-fn leave_nothing_unfinished() {}
 
 #[cfg(test)]
 mod tests {

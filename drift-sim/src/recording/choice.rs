@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::cell_kind::CellKind;
-use super::guess::{Guess, SIGNALS, guess, is_usual, status_readings, tag};
+use super::guess::{Guess, SIGNALS, guess, is_usual, is_y_the_output, status_readings, tag};
 use super::row::excerpt;
 use super::status::Watched;
 use super::{ColumnMap, ReadOptions, When};
@@ -105,6 +105,9 @@ impl<'a> Names<'a> {
             all.exact[0] = Some(time);
         }
         for signal in 0..SIGNALS.len() {
+            if signal == 2 && !options.columns.is_named[signal] && is_y_the_output(names) {
+                continue;
+            }
             let found = all.called(signal).filter(|name| !name.is_empty()).and_then(|name| all.place(name));
             all.exact[signal] = all.exact[signal].or(found);
         }

@@ -8,7 +8,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::cell_kind::CellKind;
 use super::usual_names::{
-    ACTUATORS, CONTROLLERS, DATES, EITHER, INPUT, NAMES, OUTPUT, QUANTITIES, SETPOINTS, UNITS,
+    ACTUATORS, CONTROLLERS, DATES, EITHER, INPUT, ISTWERT, NAMES, OUTPUT, QUANTITIES, SETPOINTS, SOLLWERT,
+    STELLGROESSE, UNITS,
 };
 
 /// The signals, in the order of every table here.
@@ -33,6 +34,7 @@ pub(super) fn guess(
     let readings = readings(names);
     let named = Named { names, readings: &readings, kinds, known };
     let mut found = known.map(|index| index.map_or(Guess::Nothing, Guess::Column));
+    named.guess_german_abbreviations(&mut found);
     for (signal, usual) in NAMES.iter().enumerate() {
         // Of r and u a command is the one that is not there otherwise.
         let usual: Vec<&str> = usual.iter().copied().filter(|name| !EITHER[2].0.contains(name)).collect();
@@ -74,6 +76,20 @@ struct Named<'a> {
 }
 
 impl Named<'_> {
+    /// SW, IW and, only beside both, Y.
+    fn guess_german_abbreviations(&self, found: &mut [Guess; 4]) {
+        let sides = [self.best(1, SOLLWERT, found), self.best(2, ISTWERT, found)];
+        if !sides.iter().all(|side| matches!(side, Guess::Column(_))) {
+            return;
+        }
+        let u = self.best(3, STELLGROESSE, found);
+        for (signal, side) in [1, 2, 3].into_iter().zip(sides.into_iter().chain([u])) {
+            if found[signal] == Guess::Nothing {
+                found[signal] = side;
+            }
+        }
+    }
+
     /// Beside a set-point stand the controller's input, which is y, and its output, which is u: so the PID libraries of
     /// small boards call them. Beside a `ref` they may be the plant's own, the other way round.
     fn guess_by_the_setpoint(&self, found: &mut [Guess; 4]) {
@@ -189,11 +205,20 @@ pub(super) fn tag(name: &str) -> Option<&str> {
     name.get(..at).filter(|tag| !tag.is_empty())
 }
 
+/// Whether the letter y is u's among these names, as it is beside SW and IW.
+pub(super) fn is_y_the_output(names: &[String]) -> bool {
+    let [sw, iw] = [SOLLWERT, ISTWERT].map(|words| {
+        names.iter().any(|name| plain(name).iter().any(|reading| words.contains(&reading.as_str())))
+    });
+    sw && iw
+}
+
 /// The parts of a name in lower case, without brackets, accents and a unit at the end.
 fn parts(name: &str) -> Vec<String> {
     let mut depth = 0;
     let outside: String = name
         .chars()
+        .filter(|c| !COMBINING_ACCENTS.contains(c))
         .filter(|c| {
             depth += i32::from("([<".contains(*c));
             let is_outside = depth <= 0;
@@ -211,6 +236,9 @@ fn parts(name: &str) -> Vec<String> {
     }
     parts
 }
+
+/// Accents that are signs of their own behind their letter, as macOS and some exports write them.
+const COMBINING_ACCENTS: std::ops::RangeInclusive<char> = '\u{300}'..='\u{36f}';
 
 fn without_accents(text: &str) -> String {
     text.chars()
@@ -329,6 +357,14 @@ mod tests {
             ["time", "oven_setpoint", "oven_temperature", "heater_output"],
             ["TimeUS", "target", "Temperature", "Valve"],
             ["millis", "Setpoint", "Input", "Output"],
+            ["Zeit", "SW", "IW", "Y"],
+            ["Uhrzeit", "TIC1.SW", "TIC1.IW", "TIC1.Y"],
+            ["temps", "consigne", "temp\u{e9}rature", "puissance"],
+            // The accents are signs of their own.
+            ["temps", "consigne", "tempe\u{301}rature", "puissance"],
+            ["Data/Hora", "Ponto de ajuste", "Varia\u{301}vel de processo", "Varia\u{301}vel manipulada"],
+            ["Data/Hora", "Ponto de ajuste", "Vari\u{e1}vel de processo", "Vari\u{e1}vel manipulada"],
+            ["Tiempo", "Consigna", "Temperatura", "V\u{e1}lvula"],
             ["t", "set_point", "pid.input", "pid.output"],
             ["time", "Reference/Out1", "Angle/Out1", "Voltage/Out1"],
             ["time", "Loop/Reference/Out1", "Loop/Plant/Out1", "Loop/Controller/Out1"],
@@ -346,6 +382,8 @@ mod tests {
         assert_eq!(guessed(&["t", "T1.SP", "T2.SP", "PV", "OP"])[1], Either(1, 2));
         assert_eq!(guessed(&["t", "SP", "in.input", "in2.input", "output"])[3], Nothing);
         assert_eq!(guessed(&["a", "b"]), [Nothing; 4]);
+        // Y is u only beside both SW and IW.
+        assert_eq!(guessed(&["t", "SW", "Y", "op"]), [Column(0), Nothing, Column(2), Column(3)]);
         // The plain name is meant where there are tags of other things too.
         assert_eq!(guessed(&["t", "SP", "filtered.SP", "PV", "OP"])[1], Column(1));
     }

@@ -171,6 +171,10 @@ pub(super) const NAMES: [&[&str]; 4] = [
         "uscita",
         "uscitaregolatore",
         "variabilemanipolata",
+        "variavelmanipulada",
+        "variablemanipulada",
+        "variablemanipulee",
+        "variabledecommande",
         "saida",
         "saidadocontrolador",
         "sinaldecontrole",
@@ -218,14 +222,74 @@ pub(super) const QUANTITIES: &[&str] = &[
     "level",
     "pressure",
     "flow",
+    "temperatura",
+    "vitesse",
+    "niveau",
+    "pression",
+    "debit",
+    "velocidad",
+    "nivel",
+    "presion",
+    "caudal",
+    "velocita",
+    "livello",
+    "pressione",
+    "portata",
+    "velocidade",
+    "pressao",
+    "vazao",
+    "geschwindigkeit",
+    "drehzahl",
+    "fullstand",
+    "fuellstand",
+    "druck",
+    "durchfluss",
     "value",
     "state",
     "plant",
 ];
 
 /// What a controller moves, mostly.
-pub(super) const ACTUATORS: &[&str] =
-    &["heater", "valve", "duty", "dutycycle", "power", "voltage", "throttle", "pump", "fan", "torque"];
+pub(super) const ACTUATORS: &[&str] = &[
+    "heater",
+    "valve",
+    "duty",
+    "dutycycle",
+    "power",
+    "voltage",
+    "throttle",
+    "pump",
+    "fan",
+    "torque",
+    "heizung",
+    "ventil",
+    "pumpe",
+    "leistung",
+    "spannung",
+    "klappe",
+    "puissance",
+    "chauffage",
+    "vanne",
+    "pompe",
+    "tension",
+    "potencia",
+    "valvula",
+    "bomba",
+    "calefactor",
+    "potenza",
+    "valvola",
+    "pompa",
+    "riscaldatore",
+    "aquecedor",
+    "ventilador",
+];
+
+/// German abbreviations of set-point and actual value: Sollwert and Istwert. Beside both of them Y is the Stellgröße, which is u.
+pub(super) const SOLLWERT: &[&str] = &["sw"];
+/// The second of them.
+pub(super) const ISTWERT: &[&str] = &["iw"];
+/// The third.
+pub(super) const STELLGROESSE: &[&str] = &["y"];
 
 /// Units that may end a name without changing what it is.
 pub(super) const UNITS: [&str; 27] = [

@@ -193,7 +193,10 @@ fn columns(seen: &Overview) -> String {
         if name.is_empty() { format!("no {letter}") } else { format!("{letter} = '{}'", printable(name)) }
     };
     let t = map.t.as_deref().unwrap_or_default();
-    let used = [t, &map.r, &map.y, &map.u];
+    // The date and the time of the day, where they are two columns.
+    let date_and_time = t.split_once('+').filter(|_| !seen.names.iter().any(|name| name == t));
+    let (date, time) = date_and_time.unwrap_or(("", t));
+    let used = [date, time, &map.r, &map.y, &map.u];
     let others: Vec<&str> = seen
         .names
         .iter()
@@ -224,13 +227,29 @@ fn chart(out: &mut String, name: &str, values: &[f64], terminal: &Terminal) -> s
         return item(out, name, taken, terminal);
     }
     let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
-    writeln!(
-        out,
-        "{name:<9} {}  {} .. {}{missing}",
-        row(&means, range(&means), terminal.signs),
-        short(low),
-        short(high)
-    )
+    let (means, said) = if is_constant(low, high) {
+        // The mean of equal numbers is rounded, which would be drawn as if it were a signal.
+        let flat = means.iter().map(|mean| if mean.is_nan() { f64::NAN } else { low });
+        (flat.collect(), format!("constant {}", short(low)))
+    } else {
+        (means, ends(low, high))
+    };
+    writeln!(out, "{name:<9} {}  {said}{missing}", row(&means, range(&means), terminal.signs))
+}
+
+/// A part of a value by which the same number differs that was computed in two ways.
+const ROUNDING: f64 = 1e-12;
+
+fn is_constant(low: f64, high: f64) -> bool {
+    high - low <= ROUNDING * low.abs().max(high.abs())
+}
+
+/// The least and the greatest value, with as many digits as it takes to tell them apart.
+fn ends(low: f64, high: f64) -> String {
+    let with = |digits: usize| [low, high].map(|x| shortened(x, digits));
+    let apart = (DIGITS..MOST_DIGITS).map(with).find(|[low, high]| low != high);
+    let [low, high] = apart.unwrap_or_else(|| with(MOST_DIGITS));
+    format!("{low} .. {high}")
 }
 
 fn spans(spans: &[Span], seen: &Overview) -> String {
@@ -274,9 +293,19 @@ fn lasting(seconds: f64) -> String {
     format!("{} s", short(seconds))
 }
 
+/// Significant digits, mostly, and where two numbers are to be told apart.
+const DIGITS: usize = 4;
+const MOST_DIGITS: usize = 15;
+
 /// Four significant digits without zeros at the end.
 fn short(x: f64) -> String {
-    let rounded = format!("{x:.3e}").parse::<f64>().unwrap_or(x);
+    shortened(x, DIGITS)
+}
+
+fn shortened(x: f64, digits: usize) -> String {
+    let rounded = format!("{x:.*e}", digits - 1).parse::<f64>().unwrap_or(x);
+    // Without the sign of a zero.
+    let rounded = if rounded == 0.0 { 0.0 } else { rounded };
     if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {
         format!("{rounded:e}")
     } else {

@@ -95,26 +95,26 @@ fn uneven_rows_are_shown_with_the_step_that_reads_them() {
 /// Where no column seems to be y or u, the rest is shown all the same, with what to type.
 #[test]
 fn a_missing_column_is_said_with_an_example() {
-    let content = "Zeit;Temperatur;Ventil\n0;1;2\n1;1;2\n2;2;2\n";
+    let content = "Zeit;Kessel;Halle\n0;1;2\n1;1;2\n2;2;2\n";
     let said = look(content, &[]);
     for part in [
         "CSV, 3 rows, 3 columns",
         "every 1 s, uniform",
-        "t = 'Zeit', no r, no y, no u; not used: Temperatur, Ventil",
+        "t = 'Zeit', no r, no y, no u; not used: Kessel, Halle",
         "y no column: say which one it is, as below",
-        "but no column 'y' for y; like --columns t=Zeit,y=Temperatur,u=Ventil; the columns are Zeit, Temperatur, Ventil",
-        "next: drift look rec.csv --columns t=Zeit,y=Temperatur,u=Ventil",
+        "but no column 'y' for y; like --columns t=Zeit,y=Kessel,u=Halle; the columns are Zeit, Kessel, Halle",
+        "next: drift look rec.csv --columns t=Zeit,y=Kessel,u=Halle",
     ] {
         assert!(said.contains(part), "{part} is not in {said}");
     }
     // Typed as told, nothing is missing any more.
-    let then = look(content, &["--columns", "t=Zeit,y=Temperatur,u=Ventil"]);
+    let then = look(content, &["--columns", "t=Zeit,y=Kessel,u=Halle"]);
     assert!(
-        then.contains("next: drift init rec.csv --columns t=Zeit,y=Temperatur,u=Ventil -o loop.toml"),
+        then.contains("next: drift init rec.csv --columns t=Zeit,y=Kessel,u=Halle -o loop.toml"),
         "{then}"
     );
-    let then = look(content, &["--columns", "y=Temperatur"]);
-    assert!(then.contains("next: drift look rec.csv --columns t=Zeit,y=Temperatur,u=Ventil"), "{then}");
+    let then = look(content, &["--columns", "y=Kessel"]);
+    assert!(then.contains("next: drift look rec.csv --columns t=Zeit,y=Kessel,u=Halle"), "{then}");
 }
 
 /// The simulated oven, a tenth of it run by hand: `init` finds the law that it finds without.
@@ -193,4 +193,33 @@ fn repeated_time_stamps_are_read_by_the_command_that_comes_next() {
     let then = look(&csv, &["--repeated", "mean"]);
     assert!(then.contains("every 1 s, uniform") && !then.contains(" but "), "{then}");
     assert!(then.contains("next: drift init rec.csv --repeated mean -o loop.toml"), "{then}");
+}
+
+#[test]
+fn what_is_constant_is_said_to_be() {
+    let rows = |r: &dyn Fn(usize) -> f64| {
+        (0..300).map(|k| format!("{k},{},{},{}\n", r(k), k % 3, k % 2)).collect::<String>()
+    };
+    let text = look(&format!("t,r,y,u\n{}", rows(&|_| 12.78)), &[]);
+    let chart = text.split_whitespace().skip_while(|word| *word != "r").nth(1);
+    // Flat: one sign throughout.
+    let chart = text
+        .split(" r ")
+        .find_map(|behind| behind.split(' ').next().filter(|chart| chart.len() == 34))
+        .or(chart);
+    assert!(chart.is_some_and(|chart| chart.chars().all(|sign| sign == '_')), "{chart:?} in {text}");
+    assert!(text.contains(" constant 12.78 y "), "{text}");
+    // What differs is told apart.
+    let text = look(&format!("t,r,y,u\n{}", rows(&|k| 12.78 + 1e-5 * (k % 2) as f64)), &[]);
+    assert!(text.contains(" 12.78 .. 12.78001 y "), "{text}");
+    let text = look(&format!("t,r,y,u\n{}", rows(&|k| if k == 0 { -0.0 } else { (k % 2) as f64 })), &[]);
+    assert!(text.contains(" 0 .. 1 y ") && !text.contains("-0"), "{text}");
+}
+
+#[test]
+fn a_date_beside_the_time_of_the_day_is_used() {
+    let rows: String = (0..50).map(|k| format!("14.03.2024;08:00:{k:02};1;{};{}\n", k % 3, k % 2)).collect();
+    let text = look(&format!("Datum;Uhrzeit;Soll;Ist;Stellwert\n{rows}"), &[]);
+    assert!(text.contains("columns t = 'Datum+Uhrzeit', r = 'Soll', y = 'Ist', u = 'Stellwert' "), "{text}");
+    assert!(!text.contains("not used"), "{text}");
 }

@@ -46,7 +46,7 @@ fn tables_of_controllers_and_historians_are_understood() {
             "\"Date\",\"Time\",\"Millitm\",\"Marker\",\"[PLC]TIC101.SP\",\"[PLC]TIC101.PV\",\"[PLC]TIC101.CV\"\n{}",
             rows(|k, at, y| format!("\"05/13/2024\",\"{at}\",0,\"\",40,{y},{}\n", u(k)))
         ),
-        ["Time", "[PLC]TIC101.SP", "[PLC]TIC101.PV", "[PLC]TIC101.CV"],
+        ["Date+Time", "[PLC]TIC101.SP", "[PLC]TIC101.PV", "[PLC]TIC101.CV"],
     );
     is_the_loop(
         &format!(

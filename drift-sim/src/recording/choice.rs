@@ -326,14 +326,18 @@ impl Choice {
             let guessed = guessed.join(", ");
             notes.push(format!("columns guessed by their names: {guessed} (--columns says otherwise)"));
         }
+        let date = names.date.filter(|_| t.is_some());
+        let with_date = |t: usize| match date {
+            Some(date) => format!("{}+{}", columns[date], columns[t]),
+            None => columns[t].clone(),
+        };
         let chosen = ColumnMap {
-            t: t.map(|t| columns[t].clone()),
+            t: t.map(with_date),
             r: r.map_or_else(String::new, |r| columns[r].clone()),
             y: y.map_or_else(String::new, |y| columns[y].clone()),
             u: u.map_or_else(String::new, |u| columns[u].clone()),
             is_named: map.is_named,
         };
-        let date = names.date.filter(|_| t.is_some());
         let r = r.map_or(Reference::Absent, Reference::Column);
         let mut choice = Self { t, date, r, y, u, lacks, columns: chosen, notes, ..Self::default() };
         choice.find_conditions(&names)?;

@@ -34,6 +34,7 @@ mod recording_formats;
 mod recording_input;
 mod recording_real;
 mod recording_shapes;
+mod recording_torn;
 mod report_pages;
 mod run_lengths;
 mod run_lengths_simulated;

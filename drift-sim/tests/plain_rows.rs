@@ -120,8 +120,8 @@ fn faults_in_the_middle_of_a_block_are_told_with_their_line() {
     for (name, fault, says) in [
         ("text", "23.456,1,abc,2", ":23458: 'abc' in column 'y' is not a number"),
         ("separator", "23.456,1,1_000,2", ":23458: '1_000' in column 'y' is not a number"),
-        ("short", "23.456,1", ":23458: 3 fields where the header has 5"),
-        ("long", "23.456,1,2,3,4,5", ":23458: 7 fields where the header has 5"),
+        ("short", "23.456,1", "left out: line 23458 (3 fields where the header has 5)"),
+        ("long", "23.456,1,2,3,4,5", "left out: line 23458 (7 fields where the header has 5)"),
         ("no_time", ",1,2,3", ":23458: no time stamp in column 't'"),
         ("back", "3.456,1,2,3", ":23458: time goes back from 23.455 to 3.456 s"),
         ("off", "23.4563,1,2,3", ":23458: the time stamp 23.4563 s is"),

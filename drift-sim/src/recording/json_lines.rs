@@ -93,9 +93,16 @@ impl Records for JsonRecords {
     fn next(&mut self, record: &mut Record, quality: &mut Quality) -> Result<Option<u64>> {
         loop {
             let Some((text, line)) = self.objects.next()? else { return Ok(None) };
-            let Some(value) = object(&text, line)? else {
-                quality.blank_lines += 1;
-                continue;
+            let value = match object(&text, line) {
+                Ok(Some(value)) => value,
+                Ok(None) => {
+                    quality.blank_lines += 1;
+                    continue;
+                }
+                Err(error) => {
+                    record.set_broken(error);
+                    return Ok(Some(line));
+                }
             };
             write_cells(&value, &self.places, &mut self.cells);
             record.clear();

@@ -73,10 +73,8 @@ impl Objects {
             let lines = &mut self.lines;
             let buffer = self.source.fill_buf().map_err(|e| unreadable(&e).at_line(*lines + 1))?;
             if buffer.is_empty() {
-                if text.is_empty() {
-                    return Ok(None);
-                }
-                return Err(Error::new("the file ends within an object").at_line(from));
+                // What the file ends within is no object, which its reader says.
+                return Ok((!text.is_empty()).then_some((text, from)));
             }
             let mut used = 0;
             for byte in buffer {
@@ -110,14 +108,20 @@ impl Objects {
 
 /// Where in an object one stands.
 #[derive(Default)]
-struct Scan {
+pub(super) struct Scan {
     depth: u32,
     in_string: bool,
     escaped: bool,
+    was_open: bool,
 }
 
 impl Scan {
-    fn pass(&mut self, byte: u8) {
+    /// Whether the last brace that was passed closed the object.
+    pub fn is_closed(&self) -> bool {
+        self.depth == 0 && self.was_open
+    }
+
+    pub fn pass(&mut self, byte: u8) {
         if self.in_string {
             self.in_string = self.escaped || byte != b'"';
             self.escaped = !self.escaped && byte == b'\\';
@@ -125,7 +129,7 @@ impl Scan {
         }
         match byte {
             b'"' => self.in_string = true,
-            b'{' | b'[' => self.depth = self.depth.saturating_add(1),
+            b'{' | b'[' => (self.depth, self.was_open) = (self.depth.saturating_add(1), true),
             b'}' | b']' => self.depth = self.depth.saturating_sub(1),
             _ => {}
         }
@@ -153,15 +157,13 @@ mod tests {
         assert_eq!(texts("[{\"a\": \"}\\\"{\", \"b\": [{}]},{}]"), apart);
         assert_eq!(texts("[\n {\n\"a\":1},\n\n{}\n]\n"), [("{\n\"a\":1}".into(), 2), ("{}".into(), 5)]);
         assert_eq!(texts("[]"), []);
+        // A file that was cut off.
+        assert_eq!(texts("[{\"a\": 1"), [("{\"a\": 1".to_owned(), 1)]);
     }
 
     #[test]
     fn what_is_no_list_of_objects_is_refused() {
-        for (text, expected) in [
-            ("[{}, 5]", "no object"),
-            ("[{\"a\": 1", "the file ends within an object"),
-            ("[\n\nx]", "3: no object"),
-        ] {
+        for (text, expected) in [("[{}, 5]", "no object"), ("[\n\nx]", "3: no object")] {
             let mut objects = Objects::of(Box::new(text.as_bytes()), true);
             let error = std::iter::from_fn(|| objects.next().transpose()).find_map(Result::err).unwrap();
             assert!(error.to_string().contains(expected), "{text}: {error}");

@@ -177,6 +177,9 @@ impl LongTable {
         let (mut places, mut all): (HashMap<String, usize>, Vec<Series>) = (HashMap::new(), Vec::new());
         let (mut record, mut mark) = (Record::default(), header.mark);
         while let Some(line) = records.next(&mut record, quality)? {
+            if let Some(error) = record.broken() {
+                return Err(error.clone());
+            }
             let cell = |index: usize| record.get(index).unwrap_or_default();
             let tag = String::from_utf8_lossy(cell(self.tag)).into_owned();
             // The header may come again before each tag.

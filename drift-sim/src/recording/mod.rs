@@ -27,6 +27,7 @@ mod gzip;
 mod json_lines;
 mod json_objects;
 mod klippy;
+mod left_out;
 mod long_table;
 mod matlab;
 mod matlab4;

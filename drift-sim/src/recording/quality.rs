@@ -23,6 +23,8 @@ pub struct Quality {
     pub gap_samples: u64,
     /// Rows that repeated the one before to the letter, time stamp and all, and were dropped.
     pub duplicates: u64,
+    /// Rows that were left out because they are no samples: cut off, or words.
+    pub left_out: u64,
     /// Lines with nothing on them, or only a comment.
     pub blank_lines: u64,
     /// How finely the time stamps are written, s (0 where there are none).
@@ -71,6 +73,7 @@ impl fmt::Display for Quality {
             (self.manual, "in manual"),
             (self.gap_samples, "filled in gaps"),
             (self.duplicates, "duplicates dropped"),
+            (self.left_out, "left out"),
             (self.blank_lines, "blank lines"),
         ] {
             if count > 0 {

@@ -1,8 +1,8 @@
 //! Records of text: the cells of one row, from any format whose rows are text.
 
 use super::Quality;
-use crate::Result;
 use crate::controller::Controller;
+use crate::{Error, Result};
 
 /// The cells of one record, one behind the other. Its buffers only grow.
 #[derive(Debug, Default)]
@@ -12,12 +12,26 @@ pub(super) struct Record {
     /// Where each cell ends.
     ends: Vec<usize>,
     count: usize,
+    /// Why it can't be taken apart.
+    broken: Option<Error>,
 }
 
 impl Record {
     /// Makes it empty.
     pub fn clear(&mut self) {
         (self.used, self.count) = (0, 0);
+        self.broken = None;
+    }
+
+    /// Makes it one that can't be taken apart into cells.
+    pub fn set_broken(&mut self, error: Error) {
+        self.clear();
+        self.broken = Some(error);
+    }
+
+    /// Why it can't be taken apart, where it can't.
+    pub fn broken(&self) -> Option<&Error> {
+        self.broken.as_ref()
     }
 
     /// Adds a cell.
@@ -75,6 +89,11 @@ pub(super) trait Records: Send {
     /// The control law that the source itself states.
     fn stated_law(&self) -> Option<Controller> {
         None
+    }
+
+    /// Whether the program that writes them goes on in the same file when it is restarted.
+    fn is_restarted(&self) -> bool {
+        false
     }
 
     /// What a person should know of the source, a line each.

@@ -2,8 +2,9 @@
 
 use super::cell_kind::CellKind;
 use super::choice::Choice;
-use super::clock::Clock;
+use super::clock::{Clock, is_date_or_time};
 use super::decimal::{DecimalMark, parse_number, with_point};
+use super::left_out::{Heading, LeftOut, NoSample};
 use super::records::{Record, Records};
 use super::row::{Row, Rows, not_a_number, worse};
 use super::stamp::TimeUnit;
@@ -24,6 +25,8 @@ pub(super) struct TextRows<R> {
     mark: DecimalMark,
     /// Date and time of the day from two columns, put together.
     joined: Vec<u8>,
+    heading: Heading,
+    left_out: LeftOut,
 }
 
 /// What single rows have settled for those that follow.
@@ -58,8 +61,20 @@ impl<R: Records> TextRows<R> {
             Clock::of(&names[t], unit.map(String::as_str), options.date_order)
         });
         let clock = clock.transpose()?;
+        let heading = Heading::of(&names, &units);
         let units = signal_units::of(&choice, &names, &units);
-        Ok(Self { records, record: Record::default(), names, units, choice, clock, mark, joined: Vec::new() })
+        Ok(Self {
+            records,
+            record: Record::default(),
+            names,
+            units,
+            choice,
+            clock,
+            mark,
+            joined: Vec::new(),
+            heading,
+            left_out: LeftOut::default(),
+        })
     }
 
     /// Where the records come from.
@@ -79,6 +94,9 @@ impl<R: Records> TextRows<R> {
     }
 
     fn parse(&mut self, row: &mut Row, quality: &mut Quality, line: u64) -> Result<()> {
+        if let Some(error) = self.record.broken() {
+            return Err(error.clone());
+        }
         let width = self.names.len();
         if self.record.len() != width {
             // Spreadsheets end rows in commas: more fields are harmless as long as they hold nothing.
@@ -102,6 +120,39 @@ impl<R: Records> TextRows<R> {
             row.extra.push(value);
         }
         Ok(())
+    }
+
+    /// Why a record that breaks with `error` is no sample; `None` where it is one with a fault.
+    ///
+    /// # Errors
+    /// It is another header.
+    fn no_sample(&self, error: &Error) -> Result<Option<NoSample>> {
+        let record = &self.record;
+        if self.heading.comes_again(record) {
+            return Ok(Some(NoSample::HeaderAgain));
+        }
+        if record.as_slice().contains(&0) {
+            return Ok(Some(NoSample::Torn("cut off, with NULs behind it".into())));
+        }
+        if record.broken().is_some() {
+            return Ok(Some(NoSample::Torn("cut off".into())));
+        }
+        let is_word = |cell: &[u8]| !cell.is_empty() && !is_number_or_date(cell);
+        self.heading.check_other(record, is_word)?;
+        let choice = &self.choice;
+        let signals = [choice.t, choice.r.column(), choice.y, choice.u].into_iter().flatten();
+        let has_numbers = signals.filter_map(|index| record.get(index)).any(is_number_or_date);
+        let begins_as_number = |cell: &[u8]| cell.first().is_some_and(u8::is_ascii_digit) && is_word(cell);
+        Ok(if !has_numbers && record.iter().any(is_word) {
+            Some(NoSample::Words)
+        } else if record.len() != self.names.len() {
+            Some(NoSample::Torn(error.to_string()))
+        } else if choice.t.and_then(|t| record.get(t)).is_some_and(begins_as_number) {
+            // Two rows run into each other where the first was cut off.
+            Some(NoSample::Torn("its time is none".into()))
+        } else {
+            None
+        })
     }
 
     fn read_stamp(&mut self, row: &mut Row) -> Result<()> {
@@ -197,14 +248,44 @@ impl<R: Records> Rows for TextRows<R> {
 
     fn notes(&self) -> Vec<String> {
         let clock = self.clock.as_ref().and_then(Clock::note);
-        self.records.notes().into_iter().chain(self.choice.told()).chain(clock).collect()
+        let left_out = self.left_out.notes();
+        self.records.notes().into_iter().chain(self.choice.told()).chain(clock).chain(left_out).collect()
     }
 
     fn read(&mut self, row: &mut Row, quality: &mut Quality) -> Result<bool> {
-        let Some(line) = self.records.next(&mut self.record, quality)? else { return Ok(false) };
-        self.parse(row, quality, line).map_err(|e| e.at_line(line))?;
-        quality.rows += 1;
-        Ok(true)
+        loop {
+            let Some(line) = self.records.next(&mut self.record, quality)? else {
+                self.left_out.end(quality.rows)?;
+                return Ok(false);
+            };
+            let missing = (quality.missing_r, quality.missing_y, quality.missing_u);
+            let Err(error) = self.parse(row, quality, line) else {
+                quality.rows += 1;
+                return Ok(true);
+            };
+            let Some(why) = self.no_sample(&error).map_err(|e| e.at_line(line))? else {
+                return Err(error.at_line(line));
+            };
+            (quality.missing_r, quality.missing_y, quality.missing_u) = missing;
+            self.left_out.add(&why, line, error.at_line(line), quality.rows)?;
+            quality.left_out = self.left_out.count();
+            // Without time stamps a sample that was lost has to keep its place.
+            if matches!(why, NoSample::Torn(_)) && self.choice.t.is_none() {
+                *row = Row { line, r: f64::NAN, y: f64::NAN, u: f64::NAN, mode: f64::NAN, ..Row::default() };
+                row.extra.resize(self.choice.extra.len(), f64::NAN);
+                quality.rows += 1;
+                return Ok(true);
+            }
+        }
+    }
+}
+
+/// A value that is no word for nothing.
+fn is_number_or_date(cell: &[u8]) -> bool {
+    let number = parse_number(cell).or_else(|| parse_number(&with_point(cell)?));
+    match number {
+        Some(number) => !number.is_nan(),
+        None => std::str::from_utf8(cell).is_ok_and(is_date_or_time),
     }
 }
 

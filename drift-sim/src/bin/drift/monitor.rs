@@ -14,7 +14,7 @@ use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output, report};
 
 use crate::progress::Progress;
-use crate::recording_arguments::RecordingArguments;
+use crate::recording_arguments::{RecordingArguments, tell};
 
 /// Runs the monitor over a recording: tells disturbances from drift, and where they are.
 ///
@@ -81,6 +81,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let point = baseline.point_columns(&arguments.operating_point)?;
     let further = point.as_ref().map_or_else(Vec::new, |point| point.columns.clone());
     let mut stream = arguments.reading.open(&arguments.recording, further)?;
+    let told = stream.quality().notes;
     let is_drawn = arguments.plot.is_some() || arguments.report.is_some();
     let mut chart = if is_drawn { Chart::new(&config) } else { Chart::of_residuals(&config) };
     let outputs = Outputs { chart: Some(&mut chart), operating_point: point.as_ref(), ..Outputs::default() };
@@ -89,6 +90,10 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
         // The reader of standard output has gone: what it would have been told is nobody's business any more.
         return Ok(ExitCode::SUCCESS);
     };
+    // What showed on the way, as rows that are no samples do.
+    let since: Vec<String> =
+        summary.quality.notes.iter().filter(|note| !told.contains(note)).cloned().collect();
+    tell(stream.name(), &since);
     if let Some(path) = &arguments.plot {
         files.write_text(path, &chart.figure(&summary).to_svg().map_err(|e| e.in_file(path))?)?;
     }

@@ -11,6 +11,7 @@ mod blocks;
 mod encoding;
 mod labels;
 mod layout;
+mod nuls;
 mod plain;
 mod rows;
 
@@ -34,6 +35,11 @@ use rows::CsvRows;
 
 /// Text that the layout is found from.
 const HEAD_BYTES: usize = 1 << 16;
+/// ... and so much where no row of data begins in that: lines that are passed over before the header take no more. That is about 20 000 of
+/// them; an export states some hundred settings at most.
+const PREAMBLE_BYTES_MAX: usize = 1 << 20;
+/// Runs of NULs in that text, at most: a power cut leaves one, other files are full of them.
+const NULS_IN_HEAD_MAX: usize = 3;
 /// A row longer than this is a quote that never closes, or no recording.
 const ROW_BYTES_MAX: usize = 1 << 20;
 /// Fields of one row, at most.
@@ -54,14 +60,15 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows
     let budget = source.budget.clone();
     let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
     let is_file = source.file.is_some();
-    let mut source = encoding::decoded(source.reader).map_err(refused)?;
+    let decoded = encoding::decoded(source.reader).map_err(refused)?;
+    let mut source = nuls::shortened(not_begun_by_nuls(decoded)?);
     let mut head = Vec::with_capacity(HEAD_BYTES);
     source.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut head).map_err(refused)?;
     if head.iter().all(u8::is_ascii_whitespace) && head.len() < HEAD_BYTES {
         return Err(Error::new("the file is empty").allowed("a header and rows of numbers"));
     }
-    if head.contains(&0) {
-        return Err(Error::new("this is neither text nor a format that is read").allowed(super::format::ALL));
+    if head.iter().filter(|byte| **byte == 0).count() > NULS_IN_HEAD_MAX {
+        return Err(no_text());
     }
     let layout = Layout::of(&head);
     let body = head.split_off(layout.body_from.min(head.len()));
@@ -82,6 +89,17 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows
             Ok(Box::new(CsvRows::new(rows)))
         }
     }
+}
+
+/// The source, where it does not begin with what no text does.
+fn not_begun_by_nuls(mut source: impl Read) -> Result<impl Read> {
+    let mut first = Vec::new();
+    source.by_ref().take(1).read_to_end(&mut first).map_err(|e| Error::new(format!("can't be read: {e}")))?;
+    if first.contains(&0) { Err(no_text()) } else { Ok(Cursor::new(first).chain(source)) }
+}
+
+fn no_text() -> Error {
+    Error::new("this is neither text nor a format that is read").allowed(super::format::ALL)
 }
 
 impl CsvRecords {

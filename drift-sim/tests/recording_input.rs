@@ -62,7 +62,10 @@ fn broken_files_are_refused_in_one_line() {
             "t,r,y,u\n0,1,2,3\n2026-01-01 10:00,1,2,3\n",
             "x.csv:3: '2026-01-01 10:00' in column 't' is not a number",
         ),
-        ("t,r,y,u\n0,1,2,3\n2,1,2,3\n1,1,2,3\n", "x.csv:4: time goes back from 2 to 1 s"),
+        (
+            "t,r,y,u\n0,1,2,3\n2,1,2,3\n1,1,2,3\n",
+            "x.csv:4: time goes back from 2 to 1 s; --part 1 or --part last, where a recording begins anew there",
+        ),
         (
             "t,r,y,u\n0,1,2,3\n0,1,2,3\n0,1,2,3\n",
             "x.csv: the first 3 rows all have the time 0 s; times that differ, or --columns t= --sample-time S",
@@ -116,7 +119,10 @@ fn a_fault_after_the_rows_read_ahead_is_found_all_the_same() {
             "120.005,1,2,3\n",
             "x.csv:12002: the time stamp 120.005 s is 0.005 s off the grid of 0.01 s; --resample 0.01",
         ),
-        ("119.98,1,2,3\n", "x.csv:12002: time goes back from 119.99 to 119.98 s"),
+        (
+            "119.98,1,2,3\n",
+            "x.csv:12002: time goes back from 119.99 to 119.98 s; --part 1 or --part last, where a recording begins anew there",
+        ),
         (
             "119.99,1,2,4\n",
             "x.csv:12002: the time 119.99 s again, with other values; --repeated first, last or mean",

@@ -38,6 +38,13 @@ fn every_shape_of_text_is_read() {
         // A row of units; two rows below the header; lines before it; comments; trailing separators.
         format!("t,r,y,u\ns,degC,degC,%\n{rows}"),
         format!("t,r,y,u\n[s],[degC],[degC],[%]\nelapsed,wanted,measured,valve\n{rows}"),
+        // A line with as many cells before the header, with and without units below it.
+        format!("Trend export\nName,Tag,Info,x\nt,r,y,u\n{rows}"),
+        format!("Name,Tag,Info,x\nt,r,y,u\ns,degC,degC,%\n{rows}"),
+        format!("Name;Tag;Info;x\nTime;SP;PV;OP\n[s];[degC];[degC];[%]\n;Avg;Avg;Smp\n{}", rows.replace(',', ";")),
+        // More lines before the header than a screen.
+        format!("{}t,r,y,u\n{rows}", "# one of the settings of this export\n".repeat(1000)),
+        format!("{}t,r,y,u\n{rows}", "Another one of the settings of this export: on\n".repeat(3000)),
         format!("Exported by Logger 3\nStation: A, oven\n\nt,r,y,u\n{rows}"),
         format!("Device;Oven 3\nSerial;1234\nt,r,y,u\n{rows}"),
         format!("# made by hand\n# in May\nt,r,y,u\n{rows}"),
@@ -146,8 +153,8 @@ fn a_date_that_could_be_two_is_asked_for() {
     let text = "t,r,y,u\n05/01/2024 12:00,1,2,3\n07/01/2024 12:00,1,2,3\n";
     assert_eq!(
         read(text, &plain()).unwrap_err().to_string(),
-        "x.csv:3: '07/01/2024 12:00' in column 't' could have the day or the month first; --dates day-first or --dates \
-         month-first"
+        "x.csv:3: '07/01/2024 12:00' in column 't' could have the day or the month first; --dates day-first (7 January \
+         2024) or --dates month-first (1 July 2024)"
     );
     let days = |order: &str| {
         let options = ReadOptions { date_order: Some(order.parse().unwrap()), ..plain() };

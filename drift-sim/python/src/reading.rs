@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use drift_sim::recording::{ColumnMap, DateOrder, ReadOptions, Repeated, When};
+use drift_sim::recording::{ColumnMap, DateOrder, Part, ReadOptions, Repeated, TimeIn, When};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -26,11 +26,18 @@ pub fn options(keywords: Option<&Bound<'_, PyDict>>, extra: Vec<String>) -> PyRe
             "when" => options.when = when(&value)?,
             "repeated" => options.repeated = word::<Repeated>(&value)?,
             "dates" => options.date_order = Some(word::<DateOrder>(&value)?),
+            "time_in" => options.time_in = Some(word::<TimeIn>(&value)?),
+            "part" => options.part = Some(part(&value)?),
             "memory_limit_bytes" => options.memory_limit_bytes = Some(value.extract()?),
             other => return Err(PyTypeError::new_err(format!("unknown keyword '{other}'"))),
         }
     }
     Ok(options)
+}
+
+/// A number, or `"last"`.
+fn part(value: &Bound<'_, PyAny>) -> PyResult<Part> {
+    value.str()?.to_str()?.parse().map_err(raised)
 }
 
 fn word<T: FromStr<Err = drift_sim::Error>>(value: &Bound<'_, PyAny>) -> PyResult<T> {

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
+use crate::likelihood_search::units;
 use crate::physics::Term;
 use crate::plant::Plant;
 use crate::{Error, Result};
@@ -90,6 +91,8 @@ pub fn plant(model: &Loop, signals: &Signals) -> Result<Option<Identified>> {
     let linear = simplest(&validated).cloned();
     // What only a known law's loop can prove is looked for under one alone.
     let motor = (model.controller != Controller::Recorded).then(|| motor::identify(model, signals)).flatten();
+    // A temperature is no motor's position or speed.
+    let motor = motor.filter(|motor| units::suit(&model.units, &motor.found.plant));
     let rivals: Vec<Validated> = linear.into_iter().chain(motor).collect();
     let chosen = simplest(&rivals).ok_or_else(|| {
         Error::new("no linear plant of up to second order predicts y from the recorded u: nothing can be said on such a plant")

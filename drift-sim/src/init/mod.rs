@@ -82,14 +82,20 @@ pub fn propose(recording: &Recording) -> Result<Proposal> {
     Ok(proposal)
 }
 
-/// A loop of which nothing is stated, as far as its law tells without a plant: the law that the recording states, or that its u follows, and
-/// `recorded` where none does. The plant is left open.
+/// A loop of which nothing is stated, as far as its law tells without a plant: the law that the recording states where its u follows that
+/// one, else another that it follows, and `recorded` where it follows none: a controller that takes more steps than the recording has rows
+/// can't be replayed on them. The plant is left open.
 ///
 /// # Errors
 /// As [`propose`].
 pub fn with_law_alone(recording: &Recording) -> Result<Loop> {
     let (open, signals) = open(recording)?;
-    let law = recording.stated_law.clone().unwrap_or_else(|| control_law::find(&open, &signals).controller);
+    let is_followed = |law: &Controller| {
+        let stated = Loop { controller: law.clone(), ..open.clone() };
+        replay(&stated, &signals).is_some_and(|replay| replay.relative <= TOLERANCE)
+    };
+    let stated = recording.stated_law.clone().filter(is_followed);
+    let law = stated.unwrap_or_else(|| control_law::find(&open, &signals).controller);
     Ok(Loop { controller: law, ..open })
 }
 

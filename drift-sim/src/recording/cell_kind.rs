@@ -15,6 +15,48 @@ pub(super) enum CellKind {
     Text,
 }
 
+/// The cells of each column in the first rows of a text; none where they are not known.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct FirstRows {
+    columns: Vec<Vec<String>>,
+}
+
+impl FirstRows {
+    pub fn of<R, C>(rows: impl IntoIterator<Item = R>) -> Self
+    where
+        R: IntoIterator<Item = C>,
+        C: Into<String>,
+    {
+        let mut columns: Vec<Vec<String>> = Vec::new();
+        for row in rows {
+            for (place, cell) in row.into_iter().enumerate() {
+                if columns.len() == place {
+                    columns.push(Vec::new());
+                }
+                if let Some(column) = columns.get_mut(place) {
+                    column.push(cell.into());
+                }
+            }
+        }
+        Self { columns }
+    }
+
+    /// The same of columns that may be of different length.
+    pub fn of_columns(columns: Vec<Vec<String>>) -> Self {
+        Self { columns }
+    }
+
+    /// What the columns hold; nothing is said of those behind the last that is known.
+    pub fn kinds(&self) -> Vec<CellKind> {
+        self.columns.iter().map(|cells| CellKind::of_column(cells.iter().map(String::as_str))).collect()
+    }
+
+    /// The cells of a column.
+    pub fn column(&self, index: usize) -> impl Iterator<Item = &str> {
+        self.columns.get(index).into_iter().flatten().map(|cell| cell.trim())
+    }
+}
+
 impl CellKind {
     /// What one cell holds; a word that says that there is no number says nothing.
     fn of_cell(cell: &str) -> Self {
@@ -29,22 +71,17 @@ impl CellKind {
         }
     }
 
-    /// The kind of each of so many columns over all these rows.
-    pub fn of_columns<'a, R>(width: usize, rows: impl IntoIterator<Item = R>) -> Vec<Self>
-    where
-        R: IntoIterator<Item = &'a str>,
-    {
+    /// The kind of a column of these cells.
+    pub fn of_column<'a>(cells: impl IntoIterator<Item = &'a str>) -> Self {
         let kinds = [Self::Number, Self::Date, Self::Text];
-        let mut counts = vec![[0_usize; 3]; width];
-        for row in rows {
-            for (cell, counts) in row.into_iter().zip(&mut counts) {
-                let kind = Self::of_cell(cell.trim());
-                for (count, other) in counts.iter_mut().zip(kinds) {
-                    *count += usize::from(kind == other);
-                }
+        let mut counts = [0_usize; 3];
+        for cell in cells {
+            let kind = Self::of_cell(cell.trim());
+            for (count, other) in counts.iter_mut().zip(kinds) {
+                *count += usize::from(kind == other);
             }
         }
-        counts.into_iter().map(|counts| Self::most(counts, kinds)).collect()
+        Self::most(counts, kinds)
     }
 
     /// The kind that more than half of all cells that hold something are of; of two halves nothing is known.
@@ -67,7 +104,7 @@ mod tests {
             ["x", "1", "", "", "4"],
         ];
         assert_eq!(
-            CellKind::of_columns(5, rows),
+            FirstRows::of(rows).kinds(),
             [CellKind::Number, CellKind::Text, CellKind::Date, CellKind::Unknown, CellKind::Number]
         );
     }

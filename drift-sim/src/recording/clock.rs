@@ -4,14 +4,18 @@
 //! a unit.
 //! Dates count from the recording's first, so that times stay short and exact; without a zone they are taken as they
 //! stand. A clock that is put back shows as time that goes back, which is refused further on; a time of the day that
-//! begins anew is the next day.
+//! begins anew is the next day. Which of day and month comes first is decided by a number above 12, or by rows that go on over midnight;
+//! where neither is there, the user is asked.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
+use super::ReadOptions;
 use super::date::{DateOrder, Moment, Writing};
-use super::decimal::{DecimalMark, parse_number};
+use super::decimal::{DecimalMark, parse_number, with_point};
+use super::quality::short;
 use super::row::{excerpt, not_a_number};
+use super::serial_days::{self, DAY_S, TimeIn, Verdict};
 use super::stamp::{Shortest, Stamp, TimeUnit};
 use crate::{Error, Result};
 
@@ -19,11 +23,12 @@ pub(super) use super::date::is_date_or_time;
 
 const DATE_EXAMPLE: &str =
     "like 2024-05-01 12:00:00.5, 2024-05-01T12:00:00Z, 01.05.2024 12:00:00, 5/1/2024 1:30 PM, 12:00:00";
-const DAY_S: f64 = 86_400.0;
 /// From 1990 to 2100, s since 1970.
 const OUR_DAYS_S: std::ops::Range<f64> = 631_152_000.0..4_102_444_800.0;
-/// From one row to the next at most, s: of two readings of a date the one is taken that is not further.
-const STEP_MAX_S: f64 = 1.5 * DAY_S;
+/// Rows that are not further apart go on over midnight, s: the other reading of the date is weeks away ...
+const GOES_ON_S: f64 = 3600.0;
+/// ... or not further than so many steps of the same day.
+const GOES_ON_STEPS: f64 = 2.0;
 
 /// Reads the time stamps of one column.
 #[derive(Debug, Clone)]
@@ -40,6 +45,15 @@ pub(super) struct Clock {
     kind: Kind,
     /// Which comes first where a date is written 5/1/2024.
     order: Option<DateOrder>,
+    /// Whether that is stated or follows from a number, and not only from rows that go on over midnight.
+    is_order_sure: bool,
+    /// The date, as it is written, by which rows that go on over midnight have decided.
+    decided_by: Option<(Moment, String)>,
+    /// The date of the last row as it is written, where it could be either way round, and the step to that row on the same day.
+    last_day: Option<(i8, i8, i16)>,
+    step_s: f64,
+    /// What was said of numbers.
+    time_in: Option<TimeIn>,
     /// Time of the last row, s.
     last_s: f64,
     /// Midnights passed where only the time of the day is written.
@@ -50,7 +64,14 @@ pub(super) struct Clock {
 enum Kind {
     NotSeen,
     Numbers,
-    Dates { origin: Moment, text: String },
+    /// Days as spreadsheets count them, the first of them.
+    Days {
+        first: f64,
+    },
+    Dates {
+        origin: Moment,
+        text: String,
+    },
 }
 
 impl Clock {
@@ -59,7 +80,7 @@ impl Clock {
     ///
     /// # Errors
     /// A unit that is not s, ms, us or ns.
-    pub fn of(column: &str, stated_unit: Option<&str>, order: Option<DateOrder>) -> Result<Self> {
+    pub fn of(column: &str, stated_unit: Option<&str>, options: &ReadOptions) -> Result<Self> {
         let stated =
             stated_unit.map(|unit| unit.trim_matches(['(', ')', '[', ']', '<', '>', ' ']).to_lowercase());
         let unit = stated.unwrap_or_else(|| unit(column));
@@ -78,10 +99,65 @@ impl Clock {
             since_1970: false,
             shortest: Shortest::default(),
             kind: Kind::NotSeen,
-            order,
+            order: options.date_order,
+            is_order_sure: options.date_order.is_some(),
+            decided_by: None,
+            last_day: None,
+            step_s: 0.0,
+            time_in: options.time_in,
             last_s: 0.0,
             days: 0.0,
         })
+    }
+
+    /// Learns from the first cells what all of them mean: the order of day and month, and whether numbers are days.
+    ///
+    /// # Errors
+    /// Numbers could be days or seconds.
+    pub fn foresee<'a>(&mut self, cells: impl Iterator<Item = &'a str>) -> Result<()> {
+        let mut stamps = Vec::new();
+        for cell in cells {
+            let point = with_point(cell.as_bytes());
+            match Stamp::parse(point.as_deref().unwrap_or(cell.as_bytes())) {
+                Some(stamp) => stamps.push(stamp),
+                None if self.is_order_sure => {}
+                None => self.learn_order(Moment::parse(cell).as_ref().and_then(Moment::order))?,
+            }
+        }
+        self.foresee_numbers(&stamps)
+    }
+
+    /// The same of stamps that are numbers.
+    ///
+    /// # Errors
+    /// As [`Self::foresee`].
+    pub fn foresee_numbers(&mut self, stamps: &[Stamp]) -> Result<()> {
+        if self.is_stated || self.time_in.is_some() {
+            return Ok(());
+        }
+        match serial_days::verdict(stamps) {
+            Verdict::Seconds => {}
+            Verdict::Days => self.time_in = Some(TimeIn::Days),
+            Verdict::Open(step) => {
+                let [days, seconds] = [step * DAY_S, step].map(short);
+                let what =
+                    format!("the numbers in '{}' could be days of a spreadsheet or seconds", self.column);
+                let allowed =
+                    format!("--time-in days (every {days} s) or --time-in seconds (every {seconds} s)");
+                return Err(Error::new(what).allowed(allowed));
+            }
+        }
+        Ok(())
+    }
+
+    fn learn_order(&mut self, seen: Option<DateOrder>) -> Result<()> {
+        let Some(seen) = seen.filter(|_| !self.is_order_sure) else { return Ok(()) };
+        if self.order.is_some_and(|order| order != seen) {
+            let what = format!("the dates in '{}' have the {} later on", self.column, seen.word());
+            return Err(Error::new(what).allowed(format!("--dates {}", seen.word())));
+        }
+        (self.order, self.is_order_sure) = (Some(seen), true);
+        Ok(())
     }
 
     /// The cells are numbers, of which this is the first.
@@ -89,9 +165,13 @@ impl Clock {
         if self.kind != Kind::NotSeen {
             return;
         }
+        if self.time_in == Some(TimeIn::Days) && !self.is_stated {
+            self.kind = Kind::Days { first: first.t_s };
+            return;
+        }
         self.kind = Kind::Numbers;
         let is_of_our_days = |unit: TimeUnit| OUR_DAYS_S.contains(&unit.scale(first).t_s);
-        if !self.is_stated {
+        if !self.is_stated && self.time_in.is_none() {
             let unit = [0, -3, -6, -9].into_iter().map(TimeUnit::of).find(|unit| is_of_our_days(*unit));
             self.unit = unit.unwrap_or(self.unit);
         }
@@ -115,12 +195,15 @@ impl Clock {
                     mark.number(cell)?;
                 }
                 self.settle(stamp);
-                return Ok(self.unit.scale(stamp));
+                return Ok(match self.kind {
+                    Kind::Days { first } => serial_days::since(first, stamp),
+                    _ => self.unit.scale(stamp),
+                });
             }
             if cell.is_empty() || parse_number(cell).is_some() {
                 return Err(Error::new(format!("no time stamp in column '{}'", self.column)));
             }
-            if self.kind == Kind::Numbers {
+            if self.kind != Kind::NotSeen {
                 return Err(not_a_number(cell, &self.column));
             }
         }
@@ -140,7 +223,10 @@ impl Clock {
         }
         let stamp = self.shortest.stamp(time)?;
         self.settle(stamp);
-        Some(self.unit.scale(stamp))
+        match self.kind {
+            Kind::Days { first } => Some(serial_days::since(first, stamp)),
+            _ => Some(self.unit.scale(stamp)),
+        }
     }
 
     /// The same of the numbers that come first, as long as none is written more finely than one before it: those stamps say
@@ -157,12 +243,11 @@ impl Clock {
     /// # Errors
     /// As [`Self::read`].
     pub fn date(&mut self, moment: &Moment, text: impl Fn() -> String) -> Result<Stamp> {
-        if self.order.is_none() {
-            self.order = moment.order();
-        }
+        self.learn_order(moment.order())?;
         let origin = match &self.kind {
             Kind::Dates { origin, .. } => origin.clone(),
-            Kind::NotSeen | Kind::Numbers => {
+            Kind::NotSeen | Kind::Numbers | Kind::Days { .. } => {
+                self.last_day = moment.open_day();
                 self.kind = Kind::Dates { origin: moment.clone(), text: text() };
                 moment.clone()
             }
@@ -179,26 +264,48 @@ impl Clock {
         Ok(Stamp::written_to(t_s, moment.fraction_digits))
     }
 
-    /// From the first date to this one, s. Where day and month could be either way round, the first change of the date
-    /// decides: rows are not more than a day apart.
+    /// From the first date to this one, s. Where day and month could be either way round, rows that go on over midnight decide, as long as
+    /// they do so at every change of the date.
     fn since(&mut self, origin: &Moment, moment: &Moment, text: impl Fn() -> String) -> Result<f64> {
         let between = |order: DateOrder| Some(seconds(moment.at(order)?, origin.at(order)?));
-        if moment.is_sure() || moment.is_same_day(origin) || self.order.is_some() {
-            return between(self.order.unwrap_or(DateOrder::DayFirst))
-                .ok_or_else(|| self.refused(&text(), "is no date", DATE_EXAMPLE));
+        let day = moment.open_day();
+        if day.is_none() || day == self.last_day || self.is_order_sure {
+            let t_s = between(self.order.unwrap_or(DateOrder::DayFirst))
+                .ok_or_else(|| self.refused(&text(), "is no date", DATE_EXAMPLE))?;
+            self.step_s = t_s - self.last_s;
+            return Ok(t_s);
         }
-        let is_next = |t_s: &f64| *t_s > self.last_s && t_s - self.last_s <= STEP_MAX_S;
-        let [day, month] = [DateOrder::DayFirst, DateOrder::MonthFirst];
-        let (order, t_s) = match (between(day).filter(is_next), between(month).filter(is_next)) {
-            (Some(t_s), None) => (day, t_s),
-            (None, Some(t_s)) => (month, t_s),
-            _ => {
-                let what = "could have the day or the month first";
-                return Err(self.refused(&text(), what, "--dates day-first or --dates month-first"));
+        let longest_s = GOES_ON_S.max(GOES_ON_STEPS * self.step_s);
+        let goes_on = |t_s: &f64| *t_s > self.last_s && t_s - self.last_s <= longest_s;
+        let open = DateOrder::ALL.into_iter().filter(|order| self.order.is_none_or(|taken| taken == *order));
+        let going_on: Vec<(DateOrder, f64)> =
+            open.filter_map(|order| Some((order, between(order).filter(goes_on)?))).collect();
+        self.last_day = day;
+        match going_on.as_slice() {
+            [(order, t_s)] => {
+                self.order = Some(*order);
+                self.decided_by = Some((moment.clone(), text()));
+                Ok(*t_s)
             }
+            // 2/2/2024 is the same date either way.
+            _ if self.order.is_none() && between(DateOrder::DayFirst) == between(DateOrder::MonthFirst) => {
+                between(DateOrder::DayFirst).ok_or_else(|| self.refused(&text(), "is no date", DATE_EXAMPLE))
+            }
+            _ => {
+                let (moment, text) = self.decided_by.clone().unwrap_or_else(|| (moment.clone(), text()));
+                Err(self.asked(&moment, &text))
+            }
+        }
+    }
+
+    /// Asks which of day and month comes first, with both readings.
+    fn asked(&self, moment: &Moment, text: &str) -> Error {
+        let reading = |order: DateOrder| {
+            let date =
+                moment.at(order).map(|at| TimeZone::UTC.to_datetime(at).strftime("%-d %B %Y").to_string());
+            format!("--dates {} ({})", order.word(), date.unwrap_or_else(|| "no date".into()))
         };
-        self.order = Some(order);
-        Ok(t_s)
+        self.refused(text, "could have the day or the month first", &DateOrder::ALL.map(reading).join(" or "))
     }
 
     fn refused(&self, text: &str, what: &str, allowed: &str) -> Error {
@@ -211,7 +318,11 @@ impl Clock {
         if self.since_1970 {
             return Some(0.0);
         }
-        let Kind::Dates { origin, .. } = &self.kind else { return None };
+        let origin = match &self.kind {
+            Kind::Dates { origin, .. } => origin,
+            Kind::Days { first } => return serial_days::since_1970_s(*first),
+            Kind::NotSeen | Kind::Numbers => return None,
+        };
         if origin.writing == Writing::TimeOfDay {
             return None;
         }
@@ -227,7 +338,18 @@ impl Clock {
                 let order = self.order.or(origin.is_sure().then_some(DateOrder::DayFirst));
                 let at = order.and_then(|order| origin.at(order));
                 let at = at.map_or_else(|| text.clone(), |at| shown(at, origin.writing));
-                Some(format!("t counts from {at}"))
+                let order = order.filter(|_| !origin.is_sure());
+                let order =
+                    order.map_or_else(String::new, |order| format!("; its dates are {}", order.word()));
+                Some(format!("t counts from {at}{order}"))
+            }
+            Kind::Days { first } => {
+                let at = serial_days::since_1970_s(*first)
+                    .and_then(|s| Timestamp::from_millisecond((s * 1e3) as i64).ok());
+                let at = at.map_or_else(|| format!("day {first}"), |at| shown(at, Writing::Local));
+                Some(format!(
+                    "the numbers in '{column}' are days of a spreadsheet: t counts from {at} (--time-in seconds says otherwise)"
+                ))
             }
             _ if self.since_1970 => {
                 Some(format!("the times in '{column}' count {} since 1970", written(self.unit)))
@@ -290,7 +412,7 @@ mod tests {
     use super::*;
 
     fn read(column: &str, cells: &[&str]) -> Result<Vec<f64>> {
-        let (mut clock, mut mark) = (Clock::of(column, None, None)?, DecimalMark::Open);
+        let (mut clock, mut mark) = (Clock::of(column, None, &ReadOptions::default())?, DecimalMark::Open);
         cells.iter().map(|cell| clock.read(cell.as_bytes(), &mut mark).map(|s| s.t_s)).collect()
     }
 
@@ -353,7 +475,8 @@ mod tests {
             ("t", "1715587200000000000", 1_715_587_200.0),
             ("time_ms", "1715587200500", 1_715_587_200.5),
         ] {
-            let (mut clock, mut mark) = (Clock::of(column, None, None).unwrap(), DecimalMark::Open);
+            let (mut clock, mut mark) =
+                (Clock::of(column, None, &ReadOptions::default()).unwrap(), DecimalMark::Open);
             assert_eq!(clock.read(first.as_bytes(), &mut mark).unwrap().t_s, start_s, "{first}");
             assert_eq!(clock.zero_s(), Some(0.0), "{first}");
         }
@@ -361,7 +484,8 @@ mod tests {
         for (column, first, start_s) in
             [("Time", "5e8", 5e8), ("time_s", "1715587200000", 1_715_587_200_000.0)]
         {
-            let (mut clock, mut mark) = (Clock::of(column, None, None).unwrap(), DecimalMark::Open);
+            let (mut clock, mut mark) =
+                (Clock::of(column, None, &ReadOptions::default()).unwrap(), DecimalMark::Open);
             assert_eq!(clock.read(first.as_bytes(), &mut mark).unwrap().t_s, start_s, "{column}");
             assert_eq!(clock.zero_s(), None, "{column}");
         }

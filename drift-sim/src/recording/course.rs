@@ -96,6 +96,13 @@ impl Course {
         Next { k, missing, deviation_s, is_on_grid }
     }
 
+    /// Moves the line to a row behind a gap that is not on it.
+    #[cold]
+    pub fn begin_anew(&mut self, next: Next) -> Next {
+        self.origin_s += next.deviation_s;
+        Next { deviation_s: 0.0, is_on_grid: true, ..next }
+    }
+
     /// Keeps a row as the last one; the line learns from it where it is not fitted to it already.
     #[inline(always)]
     pub fn keep(&mut self, file_line: u64, t_s: f64, next: Next, learns: bool) {

@@ -17,6 +17,19 @@ pub enum DateOrder {
     MonthFirst,
 }
 
+impl DateOrder {
+    /// Both.
+    pub(super) const ALL: [Self; 2] = [Self::DayFirst, Self::MonthFirst];
+
+    /// As `--dates` takes it.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::DayFirst => "day-first",
+            Self::MonthFirst => "month-first",
+        }
+    }
+}
+
 impl FromStr for DateOrder {
     type Err = Error;
 
@@ -134,14 +147,11 @@ impl Moment {
         }
     }
 
-    /// Whether both are written with the same date.
-    pub fn is_same_day(&self, other: &Self) -> bool {
-        match (&self.when, &other.when) {
-            (
-                When::Open { first, second, year, .. },
-                When::Open { first: other_first, second: other_second, year: other_year, .. },
-            ) => (first, second, year) == (other_first, other_second, other_year),
-            _ => false,
+    /// The date as it is written, where it could be either way round.
+    pub fn open_day(&self) -> Option<(i8, i8, i16)> {
+        match self.when {
+            When::Open { first, second, year, .. } => Some((first, second, year)),
+            When::At(_) => None,
         }
     }
 

@@ -67,6 +67,12 @@ pub(super) fn is_usual(name: &str) -> bool {
     plain(name).iter().any(of)
 }
 
+/// How many signals are named among the cells of a line.
+pub(super) fn signals_named(cells: &[&str]) -> usize {
+    let names: Vec<String> = cells.iter().map(|cell| (*cell).to_owned()).collect();
+    guess(&names, &[], [None; 4]).0.into_iter().filter(|found| *found != Guess::Nothing).count()
+}
+
 /// The columns and how their names read.
 struct Named<'a> {
     names: &'a [String],

@@ -7,7 +7,7 @@ use std::io::{Cursor, Read};
 
 use serde_json::Value;
 
-use super::cell_kind::CellKind;
+use super::cell_kind::FirstRows;
 use super::decimal::DecimalMark;
 use super::format::Source;
 use super::json_objects::Objects;
@@ -63,9 +63,9 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows
             cells.clone()
         })
         .collect();
-    let kinds = CellKind::of_columns(names.len(), rows.iter().map(|row| row.iter().map(String::as_str)));
+    let first_rows = FirstRows::of(rows);
     let records = JsonRecords { objects, places, cells };
-    let header = Header { names, units: Vec::new(), kinds, mark: DecimalMark::Point };
+    let header = Header { names, units: Vec::new(), first_rows, mark: DecimalMark::Point };
     match LongTable::of(&header, options) {
         Some(long) => Ok(Box::new(long.rows(records, header, options, &source.budget)?)),
         None => Ok(Box::new(TextRows::new(records, header, options)?)),

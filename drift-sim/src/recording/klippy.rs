@@ -1,12 +1,15 @@
 //! `klippy.log`, which the firmware Klipper of 3D printers writes: once a second a line `Stats` with target, temperature and
 //! duty of every heater, and the printer's configuration with the control law of each of them.
 //!
+//! The printer's clock begins anew at each of its starts, and the log goes on: each is a part ([`parts`](super::parts)).
+//!
 //! A heater is a loop: `extruder.target`, `extruder.temp`, `extruder.pwm`. Where no column is named, the loop is the one heater
 //! of which most lines have a target; the law that the configuration states is told.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::{BufRead, BufReader, Cursor, Read};
 
+use super::cell_kind::FirstRows;
 use super::decimal::DecimalMark;
 use super::records::{Record, Records};
 use super::text_rows::{Header, TextRows};
@@ -83,12 +86,10 @@ pub(super) fn open(source: Box<dyn Read + Send>, options: &ReadOptions) -> Resul
         places,
         cells: vec![Vec::new(); names.len()],
         line: 0,
-        last_s: f64::NAN,
-        is_over: false,
         notes,
         law: law.map(Controller::Pid),
     };
-    let header = Header { names, units, kinds: Vec::new(), mark: DecimalMark::Point };
+    let header = Header { names, units, first_rows: FirstRows::default(), mark: DecimalMark::Point };
     TextRows::new(records, header, &options)
 }
 
@@ -186,9 +187,6 @@ pub(super) struct KlippyRecords {
     places: HashMap<String, usize>,
     cells: Vec<Vec<u8>>,
     line: u64,
-    last_s: f64,
-    /// Whether the printer was restarted.
-    is_over: bool,
     notes: Vec<String>,
     law: Option<Controller>,
 }
@@ -196,7 +194,7 @@ pub(super) struct KlippyRecords {
 impl Records for KlippyRecords {
     fn next(&mut self, record: &mut Record, quality: &mut Quality) -> Result<Option<u64>> {
         let mut line = Vec::new();
-        while !self.is_over {
+        loop {
             line.clear();
             let read = self.source.by_ref().take(LINE_BYTES_MAX + 1).read_until(b'\n', &mut line);
             read.map_err(|e| Error::new(format!("can't be read: {e}")).at_line(self.line + 1))?;
@@ -212,17 +210,9 @@ impl Records for KlippyRecords {
                 continue;
             };
             let time_s = std::str::from_utf8(time).ok().and_then(|time| time.trim().parse::<f64>().ok());
-            let Some(time_s) = time_s.filter(|time| time.is_finite()) else { continue };
-            // After a restart the clock begins anew: what comes then is another recording.
-            if time_s < self.last_s {
-                self.notes.push(format!(
-                    "the printer was restarted at line {}: what follows is not read",
-                    self.line
-                ));
-                self.is_over = true;
-                break;
+            if !time_s.is_some_and(f64::is_finite) {
+                continue;
             }
-            self.last_s = time_s;
             let found = values(&line);
             if found.is_empty() {
                 quality.blank_lines += 1;
@@ -240,7 +230,10 @@ impl Records for KlippyRecords {
             self.cells.iter().for_each(|cell| record.push(cell));
             return Ok(Some(self.line));
         }
-        Ok(None)
+    }
+
+    fn is_restarted(&self) -> bool {
+        true
     }
 
     fn stated_law(&self) -> Option<Controller> {

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use super::budget::Budget;
-use super::cell_kind::CellKind;
+use super::cell_kind::{CellKind, FirstRows};
 use super::choice::Choice;
 use super::clock::Clock;
 use super::guess::{Guess, guess, plain, status_readings};
@@ -54,6 +54,8 @@ const VALUES: &[&str] = &[
 ];
 /// Tags, at most: each row looks at all of them.
 const TAGS_MAX: usize = 1000;
+/// Values of a tag that are looked at to see what it holds.
+const FIRST_VALUES: usize = 1000;
 /// What an entry takes beside its text, bytes: itself, in a list that grows by doubling, and two texts of their own.
 const ENTRY_BYTES: u64 = 160;
 
@@ -91,7 +93,8 @@ struct Series {
 impl LongTable {
     /// `None` where the header is that of any other table.
     pub fn of(header: &Header, options: &ReadOptions) -> Option<Self> {
-        let Header { names, kinds, .. } = header;
+        let names = &header.names;
+        let kinds = &header.first_rows.kinds();
         let is_there = |name: &str| names.iter().any(|other| other == name);
         let time = options.columns.t.as_deref().and_then(|t| names.iter().position(|name| name == t));
         let (found, date) = guess(names, kinds, [time, None, None, None]);
@@ -143,9 +146,9 @@ impl LongTable {
         let time_name = header.names.get(self.time).cloned().unwrap_or_default();
         let tags = series.iter().map(|series| series.tag.clone());
         let names: Vec<String> = std::iter::once(time_name).chain(tags).collect();
-        let time_kind = header.kinds.get(self.time).copied().unwrap_or_default();
-        let kinds: Vec<CellKind> =
-            std::iter::once(time_kind).chain(series.iter().map(Series::kind)).collect();
+        let when = header.first_rows.column(self.date.unwrap_or(self.time)).map(str::to_owned).collect();
+        let first_rows =
+            FirstRows::of_columns(std::iter::once(when).chain(series.iter().map(Series::first)).collect());
         let mut notes = records.notes();
         let what = header.names.get(self.tag).map_or("", String::as_str);
         notes.push(format!(
@@ -153,10 +156,10 @@ impl LongTable {
             count(series.len(), "name")
         ));
         notes.extend(series.iter_mut().filter_map(Series::without_words));
-        let (base, told) = base(&names, &kinds, &series, options);
+        let (base, told) = base(&names, &first_rows.kinds(), &series, options);
         notes.extend(told);
         let units = header.units.get(self.time).cloned().into_iter().collect();
-        let header = Header { names, units, kinds, mark: header.mark };
+        let header = Header { names, units, first_rows, mark: header.mark };
         let at = vec![0; series.len()];
         TextRows::new(LongRecords { series, base, at, next: 0, notes }, header, options)
     }
@@ -173,7 +176,8 @@ impl LongTable {
         let name = header.names.get(self.time).map_or("", String::as_str);
         let unit = header.units.get(self.time).filter(|unit| !unit.is_empty()).map(String::as_str);
         // Each tag has a clock of its own, all of them with the same time 0.
-        let (mut first, mut started) = (Clock::of(name, unit, options.date_order)?, false);
+        let (mut first, mut started) = (Clock::of(name, unit, options)?, false);
+        first.foresee(header.first_rows.column(self.date.unwrap_or(self.time)))?;
         let (mut places, mut all): (HashMap<String, usize>, Vec<Series>) = (HashMap::new(), Vec::new());
         let (mut record, mut mark) = (Record::default(), header.mark);
         while let Some(line) = records.next(&mut record, quality)? {
@@ -222,8 +226,12 @@ impl LongTable {
 
 impl Series {
     fn kind(&self) -> CellKind {
-        let cells = self.entries.iter().map(|entry| [entry.text()]);
-        CellKind::of_columns(1, cells).first().copied().unwrap_or_default()
+        CellKind::of_column(self.entries.iter().map(Entry::text))
+    }
+
+    /// The first values.
+    fn first(&self) -> Vec<String> {
+        self.entries.iter().take(FIRST_VALUES).map(|entry| entry.text().to_owned()).collect()
     }
 
     /// Among numbers, words for the state of a sensor are missing values: how many there are, with an example.
@@ -233,7 +241,7 @@ impl Series {
         }
         let (mut count, mut example) = (0_usize, String::new());
         for entry in &mut self.entries {
-            if CellKind::of_columns(1, [[entry.text()]]) == [CellKind::Text] {
+            if CellKind::of_column([entry.text()]) == CellKind::Text {
                 example = entry.text().to_owned();
                 count += 1;
                 entry.value = Box::default();

@@ -45,6 +45,7 @@ mod mode_codes;
 mod overview;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod parts;
 mod quality;
 mod quality_codes;
 mod read_ahead;
@@ -53,6 +54,7 @@ mod repeated;
 mod resample;
 mod row;
 mod sampling;
+mod serial_days;
 mod signal_units;
 mod stamp;
 mod status;
@@ -80,8 +82,10 @@ pub use date::DateOrder;
 pub use dates::{DateUnit, Dates};
 pub use fed::{FedRecording, Piece};
 pub use overview::{Gap, Overview, Span};
+pub use parts::Part;
 pub use quality::{Jitter, Quality};
 pub use repeated::Repeated;
+pub use serial_days::TimeIn;
 pub use stream::{RecordingStream, Sample};
 pub use stretch::Samples;
 pub use table::Cells;
@@ -116,6 +120,11 @@ pub struct ReadOptions {
     pub repeated: Repeated,
     /// Which comes first in dates like 5/1/2024, where the recording doesn't say it.
     pub date_order: Option<DateOrder>,
+    /// What numbers in the time column count where its name states no unit; told by the numbers where nothing is said.
+    pub time_in: Option<TimeIn>,
+    /// Which part is read of a log in which time begins anew; without a word such a log is refused, but for the logs of programs that
+    /// go on writing to the same file: of these the first part is read.
+    pub part: Option<Part>,
     /// What reading it may take, bytes; [`MEMORY_LIMIT_BYTES`] where nothing is said.
     pub memory_limit_bytes: Option<u64>,
     /// Further columns to read, in this order; text in them is an error.

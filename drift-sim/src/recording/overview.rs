@@ -10,7 +10,7 @@ use super::quality::Jitter;
 use super::repeated::merged;
 use super::row::{Row, Rows};
 use super::sampling::{jitter, median};
-use super::{ColumnMap, Quality, ReadOptions, Recording, RecordingStream, mode_codes, quality_codes};
+use super::{ColumnMap, Quality, ReadOptions, Recording, RecordingStream, mode_codes, parts, quality_codes};
 use crate::{Error, Result};
 
 /// An interval of so many usual ones is a gap.
@@ -142,6 +142,7 @@ impl Overview {
         budget: &Budget,
         options: &ReadOptions,
     ) -> Result<Self> {
+        let rows = parts::chosen(rows, options, budget);
         let mut rows = quality_codes::judged(mode_codes::judged(merged(rows, options)));
         let mut overview = Self { name: name.to_owned(), format, ..Self::default() };
         let manual = overview.collect(rows.as_mut(), budget, options)?;

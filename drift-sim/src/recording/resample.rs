@@ -1,16 +1,15 @@
 //! Rows at unequal intervals put on a uniform grid, only ever on demand: y is interpolated linearly between its
-//! neighbours, r, u and the further columns hold the value of the last row, as a controller's output does.
+//! neighbours, r, u and the further columns hold the value of the last row, as a controller's output does. Nothing is interpolated across a
+//! gap of more than [`GAP_INTERVALS`] median intervals: its samples are missing.
 
 use std::collections::VecDeque;
 
-use super::quality::Jitter;
+use super::quality::{Jitter, short};
 use super::row::{Row, repeats};
-use super::sampling::{forward_steps, goes_back, jitter, median, same_time};
+use super::sampling::{GAP_INTERVALS, forward_steps, goes_back, jitter, median, same_time};
 use super::stamp::Stamp;
 use crate::{Error, Result};
 
-/// Rows further apart than this many median intervals have a gap between them, that nothing is interpolated across.
-const GAP_INTERVALS: f64 = 5.0;
 /// Samples that one gap may be filled with, and samples between two rows.
 const SAMPLES_MAX: f64 = 1e8;
 /// A sample this near to a row, in samples, is that row, but for arithmetic.
@@ -83,7 +82,7 @@ impl Resampler {
             }
             let mut row = Row::default();
             if !next_row(&mut row)? {
-                return Ok(None);
+                return if self.index < 2 { Err(self.too_long_a_step()) } else { Ok(None) };
             }
             if !self.accept(&row)? {
                 continue;
@@ -114,6 +113,13 @@ impl Resampler {
         repeats(&self.before, row)?;
         self.duplicates += 1;
         Ok(false)
+    }
+
+    fn too_long_a_step(&self) -> Error {
+        let length = short(self.before.stamp.t_s - self.start_s);
+        let step = short(self.step_s);
+        Error::new(format!("a grid of {step} s has one sample in the {length} s of this recording"))
+            .allowed(format!("--resample with {length} or less"))
     }
 
     fn gap_s(&self) -> f64 {

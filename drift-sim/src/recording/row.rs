@@ -85,6 +85,10 @@ pub(super) trait Rows: Send {
     fn stated_law(&self) -> Option<Controller> {
         None
     }
+    /// Whether the program that writes such files goes on in the same one when it is restarted: time may begin anew.
+    fn is_restarted(&self) -> bool {
+        false
+    }
     /// The units of r, y and u that the file states.
     fn units(&self) -> Units {
         Units::default()

@@ -5,7 +5,8 @@
 //! least-squares line of t on the sample index k. Where the stamp is a whole number of samples late, samples are
 //! missing. The line is fitted to the first rows and then follows the stamps with a memory of as many rows, because
 //! the clocks of real loggers wander; while it catches up a stamp may be up to half a sample off the line, as long as
-//! its step from the one before is right.
+//! its step from the one before is right. Behind a gap of more than a few samples a logger may go on between two samples of the old grid:
+//! where the line does not hold over gaps it begins anew behind each.
 
 use super::course::{Course, Line};
 use super::quality::{Jitter, short};
@@ -16,6 +17,8 @@ use crate::{Error, Result};
 pub(super) const HEAD_ROWS: usize = 10_000;
 /// A stamp off by less than this part of a sample time is harmless whatever its cause.
 const TOLERATED: f64 = 1e-3;
+/// Rows further apart than this many intervals have a gap between them, behind which sampling may begin anew.
+pub(super) const GAP_INTERVALS: f64 = 5.0;
 /// A gap may be this many times as long as what came before ...
 const GAP_LENGTHS: u64 = 10;
 /// ... or of this many samples, whichever is more ...
@@ -41,6 +44,42 @@ pub(super) struct Grid {
     course: Course,
     /// Rows that are in the line already.
     fitted: usize,
+    gaps: Gaps,
+}
+
+/// Where rows behind a gap stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Gaps {
+    /// On the grid of the rows before it.
+    OnGrid,
+    /// On one of their own.
+    BeginAnew,
+}
+
+/// The index on the grid of each row that is later than the one before, and its time since the first, s; without what a gap is longer
+/// than whole samples, where sampling begins anew behind it.
+fn places(stamps: &[(u64, Stamp)], unit_s: f64, gaps: Gaps) -> Result<Vec<(f64, f64)>> {
+    let Some((_, first)) = stamps.first() else { return Ok(Vec::new()) };
+    let mut places = vec![(0.0, 0.0)];
+    let (mut k, mut last_t, mut origin_s) = (0.0, first.t_s, first.t_s);
+    for (i, (file_line, stamp)) in stamps.iter().enumerate().skip(1) {
+        // Rows at the same time repeat each other and say nothing about the line.
+        if stamp.t_s <= last_t {
+            continue;
+        }
+        let intervals = (stamp.t_s - last_t) / unit_s;
+        let steps = libm::round(intervals).max(1.0);
+        if steps > GAP_MAX as f64 {
+            return Err(too_long_a_gap(steps - 1.0, last_t, stamp.t_s, i as u64, GAP_MAX).at_line(*file_line));
+        }
+        if gaps == Gaps::BeginAnew && intervals > GAP_INTERVALS {
+            origin_s += stamp.t_s - last_t - steps * unit_s;
+        }
+        k += steps;
+        last_t = stamp.t_s;
+        places.push((k, stamp.t_s - origin_s));
+    }
+    Ok(places)
 }
 
 impl Grid {
@@ -56,59 +95,62 @@ impl Grid {
         if (median_s - unit_s).abs() > written_to_s.max(0.5 * unit_s).min(0.999 * unit_s) {
             return Err(disagrees(unit_s, median_s));
         }
-        let mut line = Line::default();
-        let (mut k, mut last_t) = (0.0, origin_s);
-        let mut fitted = 0;
-        for (i, (file_line, stamp)) in stamps.iter().enumerate() {
-            // Rows at the same time repeat each other and say nothing about the line.
-            if i > 0 && stamp.t_s <= last_t {
-                fitted += 1;
-                continue;
+        let [through, anew] = [Gaps::OnGrid, Gaps::BeginAnew].map(|gaps| {
+            let mut places = places(stamps, unit_s, gaps)?;
+            let line = places.iter().fold(Line::default(), |mut line, (k, t)| {
+                line.learn(*k, *t);
+                line
+            });
+            if !line.slope().is_finite() {
+                return Err(Error::new("the time stamps are too large to tell a sample time"));
             }
-            if i > 0 {
-                let steps = libm::round((stamp.t_s - last_t) / unit_s).max(1.0);
-                if steps > GAP_MAX as f64 {
-                    return Err(
-                        too_long_a_gap(steps - 1.0, last_t, stamp.t_s, i as u64, GAP_MAX).at_line(*file_line)
-                    );
-                }
-                k += steps;
+            let k_last = places.pop().map_or(0.0, |(k, _)| k);
+            let course = Course::new(origin_s, line, line.slope());
+            Ok((Self { resolution, course, fitted: stamps.len(), gaps }, k_last))
+        });
+        let ((mut grid, mut k), anew) = (through?, anew?);
+        if !grid.holds(stamps)? {
+            (grid, k) = anew;
+            if !grid.holds(stamps)? {
+                return Err(grid.not_uniform(&steps));
             }
-            last_t = stamp.t_s;
-            line.learn(k, stamp.t_s - origin_s);
-            fitted += 1;
         }
-        let mut grid = Self { resolution, course: Course::new(origin_s, line, unit_s), fitted };
-        if !line.slope().is_finite() {
-            return Err(Error::new("the time stamps are too large to tell a sample time"));
-        }
-        grid.check_head(stamps, &steps)?;
+        let last_t = stamps.last().map_or(origin_s, |(_, stamp)| stamp.t_s);
         grid.course.sample_time_s = match sample_time_s {
             Some(given) => grid.agrees(given, k)?,
-            None => simplest(line.slope(), grid.slope_tolerance(k, last_t)),
+            None => simplest(grid.course.line.slope(), grid.slope_tolerance(k, last_t)),
         };
         Ok(grid)
     }
 
-    /// Every one of the first stamps lies on the line, or the intervals say how far it is from uniform.
-    fn check_head(&mut self, stamps: &[(u64, Stamp)], steps: &[(u64, f64)]) -> Result<()> {
-        let mut k = 0.0;
-        let mut last_t = self.course.origin_s;
-        for (_, stamp) in stamps {
-            if stamp.t_s > last_t {
-                k += libm::round((stamp.t_s - last_t) / self.course.sample_time_s).max(1.0);
-                last_t = stamp.t_s;
+    /// Whether every one of the first stamps lies on the line, or as near to it as a clock may wander whose steps are right.
+    fn holds(&mut self, stamps: &[(u64, Stamp)]) -> Result<bool> {
+        let sample_time_s = self.course.sample_time_s;
+        let mut before = (0.0, 0.0);
+        for place in places(stamps, sample_time_s, self.gaps)? {
+            let (k, t) = place;
+            let tolerance = self.tolerance_s(self.course.origin_s + t);
+            let deviation_s = (t - self.course.line.at(k)).abs();
+            let step_error = (t - before.1 - (k - before.0) * sample_time_s).abs();
+            let wanders = step_error <= tolerance && deviation_s <= 0.5 * sample_time_s;
+            if deviation_s > tolerance && !wanders {
+                return Ok(false);
             }
-            let deviation = (stamp.t_s - self.course.origin_s - self.course.line.at(k)).abs();
-            if deviation > self.tolerance_s(stamp.t_s) {
-                let found = jitter(steps);
-                let what = found.map_or_else(String::new, |j| format!(": {j}"));
-                let step_s = found.map_or(self.course.sample_time_s, |j| j.interval_s);
-                return Err(Error::new(format!("the sampling is not uniform{what}"))
-                    .allowed(format!("--resample {}", short(step_s))));
-            }
+            before = place;
         }
-        Ok(())
+        Ok(true)
+    }
+
+    /// How far from uniform the intervals are that are no gaps.
+    fn not_uniform(&self, steps: &[(u64, f64)]) -> Error {
+        let median_s = median(steps).unwrap_or(f64::INFINITY);
+        let within: Vec<(u64, f64)> =
+            steps.iter().copied().filter(|(_, step)| *step <= GAP_INTERVALS * median_s).collect();
+        let found = jitter(&within);
+        let what = found.map_or_else(String::new, |j| format!(": {j}"));
+        let step_s = found.map_or(self.course.sample_time_s, |j| j.interval_s);
+        Error::new(format!("the sampling is not uniform{what}"))
+            .allowed(format!("--resample {}", short(step_s)))
     }
 
     /// The given sample time, where the time stamps don't contradict it.
@@ -212,6 +254,11 @@ impl Grid {
             .allowed(format!("{longest} samples at most"))
             .at_line(file_line));
         }
+        if !next.is_on_grid && missing + 1.0 > GAP_INTERVALS {
+            let begun = self.course.begin_anew(next);
+            self.course.keep(file_line, stamp.t_s, begun, !already_fitted);
+            return Ok(Place::AfterGap(missing as u64));
+        }
         if !next.is_on_grid {
             let (off, sample_time) = (short(next.deviation_s), short(self.course.sample_time_s));
             let what = format!("the time stamp {} s is {off} s off the grid of {sample_time} s", stamp.t_s);
@@ -255,7 +302,9 @@ pub(super) fn forward_steps(stamps: &[(u64, Stamp)]) -> Result<Vec<(u64, f64)>> 
 }
 
 pub(super) fn goes_back(from_s: f64, to_s: f64, line: u64) -> Error {
-    Error::new(format!("time goes back from {from_s} to {to_s} s")).at_line(line)
+    Error::new(format!("time goes back from {from_s} to {to_s} s"))
+        .allowed("--part 1 or --part last, where a recording begins anew there")
+        .at_line(line)
 }
 
 pub(super) fn one_row() -> Error {

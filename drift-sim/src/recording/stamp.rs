@@ -67,6 +67,11 @@ impl Stamp {
     pub fn written_to(t_s: f64, decimals: i32) -> Self {
         Self { t_s, decimals, digits: f64::DIGITS as i32 }
     }
+
+    /// Digits behind the point.
+    pub fn decimals(self) -> i32 {
+        self.decimals
+    }
 }
 
 /// Decimals up to which ten to their number is a double.

@@ -16,7 +16,7 @@ use super::resample::Resampler;
 use super::row::{Row, Rows, repeats};
 use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
 use super::stretch::{Samples, Stretch};
-use super::{ColumnMap, Quality, ReadOptions, RowState, mode_codes, quality_codes};
+use super::{ColumnMap, Quality, ReadOptions, RowState, mode_codes, parts, quality_codes};
 use crate::controller::Controller;
 use crate::physics::Units;
 use crate::{Error, Result};
@@ -127,6 +127,7 @@ impl RecordingStream {
         bytes_read: Arc<AtomicU64>,
         options: &ReadOptions,
     ) -> Result<Self> {
+        let rows = parts::chosen(rows, options, &budget);
         let mut rows = quality_codes::judged(mode_codes::judged(merged(rows, options)));
         let mut quality = Quality::default();
         let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);

@@ -8,10 +8,13 @@ use super::clock::Clock;
 use super::dates::Dates;
 use super::decimal::DecimalMark;
 use super::row::{Row, Rows, not_a_number, worse};
-use super::stamp::Stamp;
+use super::stamp::{Shortest, Stamp};
 use super::stretch::{self, Stretch};
 use super::{Quality, ReadOptions};
 use crate::{Error, Result};
+
+/// Times of a table that the clock learns from.
+const FORESEEN: usize = 10_000;
 
 /// The cells of one column. NaN and `None` are missing.
 #[derive(Debug, Clone)]
@@ -157,6 +160,7 @@ impl TableRows {
         }
         let mut rows = Self::of_batches(names, choice, None, options)?;
         (rows.columns, rows.count, rows.notes) = (columns, count, notes);
+        rows.foresee()?;
         Ok(rows)
     }
 
@@ -170,9 +174,26 @@ impl TableRows {
         further: Option<Box<dyn Batches>>,
         options: &ReadOptions,
     ) -> Result<Self> {
-        let clock = choice.t.map(|t| Clock::of(&names[t], None, options.date_order)).transpose()?;
+        let clock = choice.t.map(|t| Clock::of(&names[t], None, options)).transpose()?;
         let (columns, notes) = (Vec::new(), Vec::new());
         Ok(Self { columns, names, choice, clock, notes, next: 0, count: 0, line: 0, further })
+    }
+
+    /// The clock learns from the first times what all of them mean.
+    fn foresee(&mut self) -> Result<()> {
+        let (Some(t), Some(clock)) = (self.choice.t, &mut self.clock) else { return Ok(()) };
+        match self.columns.get(self.choice.date.unwrap_or(t)).and_then(Option::as_ref) {
+            Some(Cells::Double(times)) => {
+                let mut shortest = Shortest::default();
+                let stamps: Vec<Stamp> =
+                    times.iter().take(FORESEEN).filter_map(|time| shortest.stamp(*time)).collect();
+                clock.foresee_numbers(&stamps)
+            }
+            Some(Cells::Text(times)) => {
+                clock.foresee(times.iter().take(FORESEEN).flatten().map(String::as_str))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Goes to the next batch that holds rows; false at the end.

@@ -1,6 +1,6 @@
 //! Rows of numbers out of records of text: what every format of text has in common.
 
-use super::cell_kind::CellKind;
+use super::cell_kind::FirstRows;
 use super::choice::Choice;
 use super::clock::{Clock, is_date_or_time};
 use super::decimal::{DecimalMark, parse_number, with_point};
@@ -43,8 +43,7 @@ pub(super) struct Header {
     pub names: Vec<String>,
     /// What stands below the names in a row of units; empty where there is none.
     pub units: Vec<String>,
-    /// What the columns hold, where that is known.
-    pub kinds: Vec<CellKind>,
+    pub first_rows: FirstRows,
     pub mark: DecimalMark,
 }
 
@@ -54,11 +53,13 @@ impl<R: Records> TextRows<R> {
     /// # Errors
     /// A column is missing, or two are called the same.
     pub fn new(records: R, header: Header, options: &ReadOptions) -> Result<Self> {
-        let Header { names, units, kinds, mark } = header;
-        let choice = Choice::among(&names, &kinds, options)?;
+        let Header { names, units, first_rows, mark } = header;
+        let choice = Choice::among(&names, &first_rows.kinds(), options)?;
         let clock = choice.t.map(|t| {
             let unit = units.get(t).filter(|unit| !unit.is_empty());
-            Clock::of(&names[t], unit.map(String::as_str), options.date_order)
+            let mut clock = Clock::of(&names[t], unit.map(String::as_str), options)?;
+            clock.foresee(first_rows.column(choice.date.unwrap_or(t)))?;
+            Ok(clock)
         });
         let clock = clock.transpose()?;
         let heading = Heading::of(&names, &units);
@@ -240,6 +241,10 @@ impl<R: Records> Rows for TextRows<R> {
 
     fn stated_law(&self) -> Option<Controller> {
         self.records.stated_law()
+    }
+
+    fn is_restarted(&self) -> bool {
+        self.records.is_restarted()
     }
 
     fn units(&self) -> Units {

@@ -30,6 +30,10 @@ class Reading(TypedDict, total=False):
         Rows that repeat a time stamp with other values: ``"refuse"``, ``"first"``, ``"last"`` or ``"mean"``.
     dates
         How dates like 5/1/2024 are meant: ``"day-first"`` or ``"month-first"``.
+    time_in
+        What numbers in the time column count where its name states no unit: ``"seconds"``, or ``"days"`` as spreadsheets do.
+    part
+        Which part is read of a log in which time begins anew, as after a restart: 1, 2, ... or ``"last"``.
     memory_limit_bytes
         What reading one recording may take; 2 GiB where nothing is said.
     """
@@ -40,6 +44,8 @@ class Reading(TypedDict, total=False):
     when: str | Sequence[str] | None
     repeated: str | None
     dates: str | None
+    time_in: str | None
+    part: int | str | None
     memory_limit_bytes: int | None
 
 

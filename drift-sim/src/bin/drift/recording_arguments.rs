@@ -6,7 +6,8 @@ use std::path::Path;
 use clap::Args;
 use drift_sim::Result;
 use drift_sim::recording::{
-    ColumnMap, DateOrder, Overview, ReadOptions, Recording, RecordingStream, Repeated, When,
+    ColumnMap, DateOrder, MEMORY_LIMIT_BYTES, Overview, Part, ReadOptions, Recording, RecordingStream,
+    Repeated, TimeIn, When,
 };
 use drift_sim::terminal::Terminal;
 
@@ -36,6 +37,12 @@ pub struct RecordingArguments {
     /// How dates like 5/1/2024 are meant, where the recording leaves it open: day-first or month-first
     #[arg(long, value_name = "ORDER")]
     dates: Option<DateOrder>,
+    /// What numbers in the time column count, where that is no unit in its name: seconds, or days as spreadsheets count them
+    #[arg(long, value_name = "UNIT")]
+    time_in: Option<TimeIn>,
+    /// Which part is read of a log in which time begins anew, as after a restart: 1, 2, ... or last
+    #[arg(long, value_name = "N")]
+    part: Option<Part>,
     /// What reading one recording may take, like 500M or 8G; 2G by default
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     memory_limit: Option<u64>,
@@ -70,6 +77,8 @@ impl RecordingArguments {
             when: self.when.clone(),
             repeated: self.repeated,
             date_order: self.dates,
+            time_in: self.time_in,
+            part: self.part,
             memory_limit_bytes: self.memory_limit,
             ..ReadOptions::default()
         }

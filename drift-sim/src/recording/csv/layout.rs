@@ -1,19 +1,20 @@
 //! What a text looks like, from its beginning: which separator, where the header is, what stands before and below it.
 //!
 //! The rows of data say it: of all separators the one that splits most lines into the same number of cells of which at least
-//! half are numbers or dates; one with a header above them is preferred. The header is the first of the lines directly above
-//! them that has as many cells; lines between the two hold units or descriptions, lines before it are no part of the table.
+//! half are numbers or dates; one with a header above them is preferred. The header is one of the lines of words directly above
+//! them: the one that units stand below, else the one that names most signals, else the last. Lines between header and data hold units
+//! or descriptions, lines before it are no part of the table.
 
 use super::blanks;
 use super::labels::{self, Labels};
+use super::units_row;
 use crate::recording::ReadOptions;
-use crate::recording::cell_kind::CellKind;
+use crate::recording::cell_kind::FirstRows;
 use crate::recording::clock::is_date_or_time;
 use crate::recording::decimal::{parse_number, with_point};
+use crate::recording::guess::signals_named;
 use crate::{Error, Result};
 
-/// Lines that are looked at.
-const LINES_MAX: usize = 400;
 /// Cells of a line that are looked at.
 const CELLS_MAX: usize = 4096;
 /// Rows of units and descriptions below a header, at most.
@@ -97,8 +98,8 @@ pub(super) struct Layout {
     pub comment: Option<u8>,
     /// The names that stand before every value.
     pub labels: Option<Labels>,
-    /// What the columns hold in the first rows.
-    pub kinds: Vec<CellKind>,
+    /// The first rows of data.
+    pub first_rows: FirstRows,
     /// Lines before the header that are no part of the table.
     lines_before: usize,
     /// A date and a time under one name.
@@ -122,8 +123,13 @@ impl<'a> Line<'a> {
 }
 
 impl Layout {
-    /// The layout of a text that begins so.
+    /// The layout of a text that begins so; where there is no row of data in it, the first line is the header.
     pub fn of(head: &[u8]) -> Self {
+        Self::found(head).unwrap_or_else(|first| *first)
+    }
+
+    /// The layout of a text in whose beginning there are rows of data; else that in which the first line is the header.
+    pub fn found(head: &[u8]) -> std::result::Result<Self, Box<Self>> {
         let text = String::from_utf8_lossy(head);
         // Where the text was cut inside a letter, offsets would be off: nothing is found behind that place.
         let text = text.get(..text.rfind('\n').map_or(text.len(), |end| end + 1)).unwrap_or_default();
@@ -135,15 +141,15 @@ impl Layout {
         if stated.is_none()
             && let Some(layout) = Self::labelled(&lines)
         {
-            return layout;
+            return Ok(layout);
         }
         let table = match stated {
             Some(separator) => Table::found(separator, &lines),
             None => Table::likely(&lines),
         };
         let first = lines.first().map_or((0, 1), |line| (line.from, line.number));
-        let Some(table) = table else { return Self::plain(&lines, stated, first) };
-        table.layout(&lines)
+        let Some(table) = table else { return Err(Box::new(Self::plain(&lines, stated, first))) };
+        Ok(table.layout(&lines))
     }
 
     /// Lines in which a name stands before each value.
@@ -174,7 +180,7 @@ impl Layout {
             rows_below: 0,
             comment: None,
             labels: None,
-            kinds: Vec::new(),
+            first_rows: FirstRows::default(),
             lines_before: 0,
             splits_date: false,
         }
@@ -294,10 +300,10 @@ impl Table {
         Some(first)
     }
 
-    /// What the columns hold.
-    fn kinds(&self, lines: &[Line]) -> Vec<CellKind> {
+    /// The rows that can be seen from here.
+    fn first_rows(&self, lines: &[Line]) -> FirstRows {
         let rows = lines.iter().skip(self.first).filter(|line| line.comment.is_none());
-        CellKind::of_columns(self.width, rows.map(|line| self.separator.cells(line.text)))
+        FirstRows::of(rows.map(|line| self.separator.cells(line.text)))
     }
 
     fn layout(&self, lines: &[Line]) -> Layout {
@@ -315,7 +321,7 @@ impl Table {
                 rows_below,
                 comment,
                 labels: None,
-                kinds: self.kinds(lines),
+                first_rows: self.first_rows(lines),
                 lines_before,
                 splits_date: self.splits_date(lines, header),
                 names,
@@ -339,24 +345,41 @@ impl Table {
         Layout { is_headerless: true, ..layout(Some(numbers), self.first, 0, self.first) }
     }
 
-    /// The place of the header: of the lines directly above the data that hold no values, the first that is as full as
-    /// those below it.
+    /// The place of the header.
     fn header(&self, lines: &[Line]) -> Option<usize> {
-        let mut header: Option<(usize, usize)> = None;
+        let above = self.words_above(lines);
+        let cells =
+            |place: usize| lines.get(place).map(|line| self.separator.cells(line.text)).unwrap_or_default();
+        let are_units = above.iter().rposition(|place| units_row::are_units(&cells(*place)));
+        let named = |place: &usize| signals_named(&cells(*place));
+        let header = match are_units.and_then(|at| above.get(at + 1)) {
+            Some(above_units) => Some(*above_units),
+            // Of lines that name equally many signals the one nearest to the data.
+            None => above.iter().copied().rev().max_by_key(named),
+        };
+        header.or_else(|| self.header_with_numbers(lines))
+    }
+
+    /// The places of the lines directly above the data that hold no values, each as full as those below it; that nearest to the data
+    /// first.
+    fn words_above(&self, lines: &[Line]) -> Vec<usize> {
+        let (mut places, mut below) = (Vec::new(), 0);
         for (place, line) in lines.iter().enumerate().take(self.first).rev() {
             let cells = self.separator.cells(line.text);
             // A line of separators alone, or of missing values, is a row of data.
-            if header.is_none() && line.comment.is_none() && is_empty(&cells) {
+            if places.is_empty() && line.comment.is_none() && is_empty(&cells) {
                 continue;
             }
             let names = filled(&cells);
-            let fits = header.map_or(names > 1, |(_, below)| cells.len() == self.width && names >= below);
+            let fits =
+                if places.is_empty() { names > 1 } else { cells.len() == self.width && names >= below };
             if line.comment.is_some() || !fits || !is_names(&cells) {
                 break;
             }
-            header = Some((place, names));
+            places.push(place);
+            below = names;
         }
-        header.map(|(place, _)| place).or_else(|| self.header_with_numbers(lines))
+        places
     }
 
     /// The first row, where it has a text above a column of values: some names are numbers.
@@ -423,9 +446,6 @@ fn lines(text: &str) -> Vec<Line<'_>> {
             lines.push(Line { text, from, number: number as u64 + 1, comment });
         }
         from += line.len();
-        if lines.len() == LINES_MAX {
-            break;
-        }
     }
     lines
 }

@@ -14,6 +14,7 @@ mod layout;
 mod nuls;
 mod plain;
 mod rows;
+mod units_row;
 
 use std::io::{Cursor, Read};
 
@@ -33,7 +34,7 @@ use layout::{Layout, Separator};
 use plain::{Delimiters, Plan};
 use rows::CsvRows;
 
-/// Text that the layout is found from.
+/// Text that the layout is found from ...
 const HEAD_BYTES: usize = 1 << 16;
 /// ... and so much where no row of data begins in that: lines that are passed over before the header take no more. That is about 20 000 of
 /// them; an export states some hundred settings at most.
@@ -70,7 +71,15 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows
     if head.iter().filter(|byte| **byte == 0).count() > NULS_IN_HEAD_MAX {
         return Err(no_text());
     }
-    let layout = Layout::of(&head);
+    let layout = match Layout::found(&head) {
+        Ok(layout) => layout,
+        Err(layout) if head.len() < HEAD_BYTES => *layout,
+        Err(_) => {
+            let more = (PREAMBLE_BYTES_MAX - HEAD_BYTES) as u64;
+            source.by_ref().take(more).read_to_end(&mut head).map_err(refused)?;
+            Layout::of(&head)
+        }
+    };
     let body = head.split_off(layout.body_from.min(head.len()));
     let whole: Box<dyn Read + Send> = Box::new(Cursor::new(body).chain(source));
     let whole: Box<dyn Read + Send> = match &layout.labels {
@@ -169,7 +178,7 @@ impl CsvRecords {
         }
         let mark = DecimalMark::beside(layout.separator.byte());
         layout.check_header(options).map_err(|e| e.at_line(line))?;
-        Ok((Header { names, units, kinds: layout.kinds, mark }, line))
+        Ok((Header { names, units, first_rows: layout.first_rows, mark }, line))
     }
 
     fn line_ends_inside(record: &Record) -> u64 {

@@ -328,3 +328,44 @@ fn further_names_of_a_mode_are_understood() {
         assert_eq!(status_of(&with_status(name, "1", "0")), (String::new(), 0), "{name}");
     }
 }
+
+/// A table as pandas writes it, by each of its orders but the one that is a list of objects.
+#[test]
+fn a_json_file_of_columns_is_understood() {
+    let expected = (vec![1.0, 1.0, 1.0], vec![2.5, f64::INFINITY, 2.5], vec![3.0, 4.0, 5.0]);
+    for text in [
+        // to_json(orient="list") of a dict, a document around it, to_json(), to_json(orient="split").
+        r#"{"t": [0, 1, 2], "r": [1, 1, 1], "y": [2.5, null, 2.5], "u": [3, 4, 5], "note": "x"}"#,
+        "{\n  \"made by\": \"a logger\",\n  \"loop\": {\n    \"t\": [0, 1, 2], \"r\": [1, 1, 1],\n    \"y\": [2.5, null, 2.5], \"u\": [3, 4, 5]}\n}\n",
+        r#"{"t":{"0":0,"1":1,"2":2},"r":{"0":1,"1":1,"2":1},"y":{"0":2.5,"1":null,"2":2.5},"u":{"0":3,"1":4,"2":5}}"#,
+        r#"{"columns":["t","r","y","u"],"index":[0,1,2],"data":[[0,1,2.5,3],[1,1,null,4],[2,1,2.5,5]]}"#,
+        r#"{"Time": ["2024-05-01T12:00:00", "2024-05-01T12:00:01", "2024-05-01T12:00:02"], "SP": [1, 1, 1], "PV": [2.5, null, 2.5], "OP": [3, 4, 5]}"#,
+    ] {
+        let recording = read(text, "").unwrap_or_else(|e| panic!("{text}: {e}"));
+        let y = recording.y.iter().map(|y| if y.is_nan() { f64::INFINITY } else { *y }).collect();
+        assert_eq!((recording.r, y, recording.u), expected, "{text}");
+        assert_eq!(recording.sample_time_s, 1.0);
+    }
+    // Rows by their number, and not by its text.
+    let many: Vec<String> = (0..12).map(|k| format!("\"{k}\":{k}")).collect();
+    let many = many.join(",");
+    let text = format!("{{\"t\":{{{many}}},\"y\":{{{many}}},\"u\":{{{many}}}}}");
+    assert_eq!(read(&text, "").unwrap().y, (0..12).map(f64::from).collect::<Vec<_>>());
+    for (text, says) in [
+        (
+            r#"{"schema": "drift.diagnosis/1", "spans": [1, 2]}"#,
+            "export: this is a result of drift (drift.diagnosis/1), no recording; the recording that it was made from",
+        ),
+        (
+            r#"{"name": "oven", "loop": {"gain": 2}}"#,
+            "export: this is one JSON object without lists of values; its keys are name, loop; {\"t\": [0, 1], \"r\": [5, 5], ...}, or one \
+             object on each line",
+        ),
+        (
+            r#"{"t": [0, 1], "temp": [1, 2]}"#,
+            "export: no column 'y' for y; like --columns t=t,y=temp,u=NAME; the columns are t, temp",
+        ),
+    ] {
+        assert_eq!(read(text, "").unwrap_err().to_string(), says);
+    }
+}

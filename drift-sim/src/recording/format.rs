@@ -148,7 +148,7 @@ pub(super) fn open(mut source: Source, options: &ReadOptions) -> Result<(Box<dyn
                 source.file = None;
             }
             Format::Csv => return Ok((csv::open(source, options)?, "CSV")),
-            Format::JsonLines => return Ok((json_lines::open(source, options)?, "JSON lines")),
+            Format::JsonLines => return json_lines::open(source, options),
             Format::Klippy => return Ok((Box::new(klippy::open(source.reader, options)?), "klippy.log")),
             Format::Matlab => return Ok((Box::new(matlab::open(source, options)?), "MATLAB")),
             Format::Matlab4 => return Ok((Box::new(matlab4::open(source, options)?), "MATLAB, version 4")),

@@ -1,15 +1,17 @@
 //! JSON lines (jsonlines.org): one object a line, `{"t": 0.1, "r": 1, "y": 0.98, "u": 3.2}`. The names are those of the
 //! first objects; a value within an object or a list is a column `loop.y` or `y[0]`. What an object lacks is missing. A list
-//! of objects over the whole file is read as well, however its lines are broken.
+//! of objects over the whole file is read as well, however its lines are broken; a file that is one object is one of columns
+//! ([`json_columns`]).
 
 use std::collections::HashMap;
-use std::io::{Cursor, Read};
+use std::io::{BufReader, Cursor, Read};
 
 use serde_json::Value;
 
 use super::cell_kind::FirstRows;
 use super::decimal::DecimalMark;
 use super::format::Source;
+use super::json_columns;
 use super::json_objects::Objects;
 use super::long_table::LongTable;
 use super::records::{Record, Records};
@@ -36,13 +38,23 @@ pub(super) fn is_json_lines(start: &[u8]) -> bool {
 ///
 /// # Errors
 /// A line is no object, or lacks a column.
-pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows>> {
+pub(super) fn open(source: Source, options: &ReadOptions) -> Result<(Box<dyn Rows>, &'static str)> {
     let mut start = Vec::new();
     let mut reader = source.reader;
     let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}"));
     reader.by_ref().take(START_BYTES).read_to_end(&mut start).map_err(refused)?;
     let is_list = start.iter().find(|byte| b"{[".contains(byte)) == Some(&b'[');
-    let mut objects = Objects::of(Box::new(Cursor::new(start).chain(reader)), is_list);
+    let mut reader = BufReader::new(Cursor::new(start).chain(reader));
+    let mut first = Vec::new();
+    if !is_list {
+        let beginning = json_columns::begin(&mut reader, &source.budget)?;
+        if beginning.is_whole && is_document(&beginning.text) {
+            let rows = json_columns::rows(&beginning.text, &source.budget, options)?;
+            return Ok((Box::new(rows), "JSON"));
+        }
+        first = beginning.text;
+    }
+    let mut objects = Objects::of(Box::new(Cursor::new(first).chain(reader)), is_list);
     // A broken object is told when its turn comes.
     let first = objects.look(NAMING_OBJECTS)?;
     let first: Vec<Value> = first.filter_map(|(text, line)| object(text, line).ok().flatten()).collect();
@@ -67,9 +79,18 @@ pub(super) fn open(source: Source, options: &ReadOptions) -> Result<Box<dyn Rows
     let records = JsonRecords { objects, places, cells };
     let header = Header { names, units: Vec::new(), first_rows, mark: DecimalMark::Point };
     match LongTable::of(&header, options) {
-        Some(long) => Ok(Box::new(long.rows(records, header, options, &source.budget)?)),
-        None => Ok(Box::new(TextRows::new(records, header, options)?)),
+        Some(long) => Ok((Box::new(long.rows(records, header, options, &source.budget)?), FORMAT)),
+        None => Ok((Box::new(TextRows::new(records, header, options)?), FORMAT)),
     }
+}
+
+/// What the format is called.
+const FORMAT: &str = "JSON lines";
+
+/// Whether one object is a file of columns, and not a file of lines that has one line so far: it holds others, or a list.
+fn is_document(text: &[u8]) -> bool {
+    let inside = text.iter().skip_while(|byte| **byte != b'{').skip(1);
+    inside.into_iter().any(|byte| b"{[".contains(byte))
 }
 
 /// The values of an object, each in the cell of its name.

@@ -24,6 +24,7 @@ mod fed;
 mod format;
 mod guess;
 mod gzip;
+mod json_columns;
 mod json_lines;
 mod json_objects;
 mod klippy;

@@ -119,7 +119,7 @@ fn more_rows_than_the_budget_are_refused() {
     let line = "init rows.csv.gz --sample-time 1 --memory-limit 64M";
     let (code, message) = capped(folder.path(), line);
     assert_eq!(code, Some(1));
-    assert!(message.contains("reading it takes more than 64 MiB of memory"), "{message}");
+    assert!(message.contains("takes more than 64 MiB of memory"), "{message}");
     // Sample by sample none of it stays.
     let (code, message) = capped(folder.path(), "init rows.csv.gz --sample-time 1 --memory-limit 2K");
     assert!(code == Some(1) && message.contains("more than 2 KiB"), "{message}");

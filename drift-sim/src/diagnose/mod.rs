@@ -67,6 +67,9 @@ use signals::Signals;
 
 /// Relative error of the replayed law from which something is wrong with it although no fault explains it.
 const LAW_IS_ANOTHER: f64 = 0.1;
+/// What the work on one sample of a recording takes, bytes: the greatest memory that diagnoses of 2 and 4 million samples were seen to take
+/// is 400 for each, and some is kept in reserve.
+pub const SAMPLE_WORK_BYTES: u64 = 500;
 /// Samples of a recording that are used.
 const MOST_SAMPLES: usize = 150_000;
 /// Part of the other's error on unseen data that a simulation must leave at most to be preferred on a guessed plant.

@@ -9,6 +9,8 @@ use crate::{Error, Result};
 /// What a recording may take where nobody says otherwise: 40 million samples of r, y and u, which is 11 hours at
 /// 1 kHz.
 pub const MEMORY_LIMIT_BYTES: u64 = 2 << 30;
+/// What a sample of r, y and u takes, bytes: three numbers and a state, in lists that grow by doubling.
+pub const SAMPLE_BYTES: u64 = 50;
 /// Bytes asked for at a time while a source of unknown length is read.
 const STEP_BYTES: usize = 1 << 20;
 
@@ -52,6 +54,20 @@ impl Budget {
         let limit = shown_bytes(self.limit_bytes);
         Error::new(format!("reading it takes more than {limit} of memory"))
             .allowed("a larger --memory-limit, fewer columns, or a part of the recording")
+    }
+
+    /// Checks that so many samples, on each of which the work takes so many bytes, are within the limit.
+    ///
+    /// # Errors
+    /// They are not; said with how many are.
+    pub fn check_work(&self, bytes: u64, count: u64) -> Result<()> {
+        let most = self.limit_bytes / (bytes + SAMPLE_BYTES);
+        if bytes == 0 || count <= most {
+            return Ok(());
+        }
+        let limit = shown_bytes(self.limit_bytes);
+        Err(Error::new(format!("more than {most} samples, whose work takes more than {limit} of memory"))
+            .allowed("a larger step of --resample, a part of the recording, or a larger --memory-limit"))
     }
 
     /// Adds a value to a column.

@@ -77,7 +77,7 @@ use crate::sentences::Clock;
 use crate::{Error, Result};
 use budget::Budget;
 
-pub use budget::MEMORY_LIMIT_BYTES;
+pub use budget::{MEMORY_LIMIT_BYTES, SAMPLE_BYTES};
 pub use columns::ColumnMap;
 pub use date::DateOrder;
 pub use dates::{DateUnit, Dates};
@@ -128,6 +128,8 @@ pub struct ReadOptions {
     pub part: Option<Part>,
     /// What reading it may take, bytes; [`MEMORY_LIMIT_BYTES`] where nothing is said.
     pub memory_limit_bytes: Option<u64>,
+    /// What the work on each sample takes beside the recording itself, bytes: part of the same limit.
+    pub work_bytes: u64,
     /// Further columns to read, in this order; text in them is an error.
     pub extra: Vec<String>,
     /// y or u may be missing: for a look at a file that nobody has named the columns of yet.
@@ -210,7 +212,9 @@ impl Recording {
         let columns = stream.columns().clone();
         let mut recording = Self { name: stream.name().to_owned(), columns, ..Self::default() };
         recording.extra = stream.extra_names().into_iter().map(|name| (name, Vec::new())).collect();
+        let work_bytes = stream.work_bytes();
         while let Some(sample) = stream.next()? {
+            budget.check_work(work_bytes, recording.r.len() as u64 + 1)?;
             budget.push(&mut recording.r, sample.r)?;
             budget.push(&mut recording.y, sample.y)?;
             budget.push(&mut recording.u, sample.u)?;

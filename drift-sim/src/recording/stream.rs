@@ -60,6 +60,7 @@ pub struct RecordingStream {
     no_extra: Vec<f64>,
     quality: Quality,
     budget: Budget,
+    work_bytes: u64,
     /// What r is taken to be as long as the recording holds none.
     assumed_r: Option<f64>,
 }
@@ -145,6 +146,7 @@ impl RecordingStream {
         let assumed_r = assumed_reference(rows.as_ref(), &head);
         let mut stream = Self {
             budget,
+            work_bytes: options.work_bytes,
             assumed_r,
             no_extra: vec![f64::NAN; rows.extra_names().len()],
             rows,
@@ -178,6 +180,7 @@ impl RecordingStream {
     ) -> Self {
         Self {
             budget: Budget::of(MEMORY_LIMIT_BYTES),
+            work_bytes: 0,
             assumed_r: None,
             no_extra: Vec::new(),
             rows,
@@ -397,6 +400,11 @@ impl RecordingStream {
         format!(
             "{what}: the controller is taken to hold {r}, the median of y at the beginning (--columns r=NAME)"
         )
+    }
+
+    /// What the work on each sample takes, bytes.
+    pub(super) fn work_bytes(&self) -> u64 {
+        self.work_bytes
     }
 
     pub(super) fn budget(&self) -> &Budget {

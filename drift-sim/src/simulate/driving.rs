@@ -2,7 +2,7 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::recording::Recording;
+use crate::recording::{MEMORY_LIMIT_BYTES, Recording, SAMPLE_BYTES};
 use crate::{Error, Result};
 
 use super::{Start, Trace, replay, simulate};
@@ -10,17 +10,26 @@ use super::{Start, Trace, replay, simulate};
 /// Samples of a run whose length nobody states.
 pub const DEFAULT_SAMPLES: usize = 10_000;
 
-/// More would be a mistake in the duration: years of a fast loop, tens of gigabytes.
-const MOST_SAMPLES: f64 = 1e9;
-
 /// Samples of a run of so many seconds, at least one.
 ///
 /// # Errors
-/// They are more than 1e9.
+/// They are more than a recording of [`MEMORY_LIMIT_BYTES`] holds.
 pub fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
+    samples_within(duration_s, sample_time_s, MEMORY_LIMIT_BYTES)
+}
+
+/// The same where a recording may take so many bytes.
+///
+/// # Errors
+/// They are more than such a recording holds, so that nothing here could read them.
+pub fn samples_within(duration_s: f64, sample_time_s: f64, limit_bytes: u64) -> Result<usize> {
     let samples = (duration_s / sample_time_s).round().max(1.0);
-    if samples > MOST_SAMPLES {
-        let allowed = format!("--duration up to {} s at this sample time", MOST_SAMPLES * sample_time_s);
+    let most = (limit_bytes / SAMPLE_BYTES) as f64;
+    if samples > most {
+        let allowed = format!(
+            "--duration up to {:e} s at this sample time, which is {most} samples; or a larger --memory-limit",
+            most * sample_time_s
+        );
         return Err(Error::new(format!("--duration {duration_s:e} is {samples:e} samples")).allowed(allowed));
     }
     Ok(samples as usize)

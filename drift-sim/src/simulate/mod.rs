@@ -27,7 +27,7 @@ mod straight;
 mod tank;
 mod terms;
 
-pub use driving::{DEFAULT_SAMPLES, Driving, Row, samples, time_s};
+pub use driving::{DEFAULT_SAMPLES, Driving, Row, samples, samples_within, time_s};
 pub use law::replay_law;
 pub use observed::Observer;
 pub use start::Start;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use drift_core::{ChannelKind, Detectors, Index};
-use drift_sim::calibrate::{self, Options, Signals};
+use drift_sim::calibrate::{self, Options, SAMPLE_WORK_BYTES, Signals};
 use drift_sim::output::Outputs;
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output, report};
@@ -139,7 +139,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&named, &inputs)?;
     let to_standard = named.iter().any(|(_, path)| *path == Some(Path::new("-")));
     let progress = Progress::of_stages("calibrating");
-    let read = |path: &PathBuf| arguments.recording.read(path, options.operating_point.clone());
+    let read =
+        |path: &PathBuf| arguments.recording.read(path, options.operating_point.clone(), SAMPLE_WORK_BYTES);
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let signals: Vec<Signals<'_>> = recordings.iter().map(Signals::from).collect();
     let calibration =

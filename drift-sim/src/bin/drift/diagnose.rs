@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::control_loop::Loop;
-use drift_sim::diagnose::{Diagnosis, Named};
+use drift_sim::diagnose::{Diagnosis, Named, SAMPLE_WORK_BYTES};
 use drift_sim::diagnosed::{Diagnosed, Question, Read};
 use drift_sim::output::Outputs;
 use drift_sim::physics::{Kind, UnitNames};
@@ -70,7 +70,10 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     let columns: Vec<String> =
         stated.iter().flat_map(|model| &model.inputs).map(|input| input.column.clone()).collect();
     let read_file = |path: &PathBuf| {
-        Ok(Read { file: path.clone(), recording: arguments.reading.read(path, columns.clone())? })
+        Ok(Read {
+            file: path.clone(),
+            recording: arguments.reading.read(path, columns.clone(), SAMPLE_WORK_BYTES)?,
+        })
     };
     let question = Question {
         recordings: arguments.recordings.iter().map(read_file).collect::<Result<_>>()?,

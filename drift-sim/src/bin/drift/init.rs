@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::Result;
+use drift_sim::diagnose::SAMPLE_WORK_BYTES;
 use drift_sim::init::propose;
 use drift_sim::output::{self, Outputs};
 
@@ -34,7 +35,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let output = Some(arguments.output.as_path());
     let mut outputs = Outputs::checked(&[("--output", output)], &[&arguments.recording])?;
-    let mut recording = arguments.reading.read(&arguments.recording, Vec::new())?;
+    let mut recording = arguments.reading.read(&arguments.recording, Vec::new(), SAMPLE_WORK_BYTES)?;
     if let Some((first_s, last_s)) = recording.keep_longest_closed() {
         let used = format!("only the longest stretch with the loop closed is used, {first_s} to {last_s} s");
         tell(&recording.name, &[used]);

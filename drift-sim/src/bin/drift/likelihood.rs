@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::SAMPLE_WORK_BYTES;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::likelihood_search::loop_likelihood::loop_likelihood;
 use drift_sim::likelihood_search::options::Options;
@@ -43,7 +44,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&[("--json", arguments.json.as_deref())], &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
     let columns = || model.inputs.iter().map(|input| input.column.clone()).collect();
-    let read = |path: &PathBuf| Signals::new(&arguments.reading.read(path, columns())?, &model);
+    let read =
+        |path: &PathBuf| Signals::new(&arguments.reading.read(path, columns(), SAMPLE_WORK_BYTES)?, &model);
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;
     let found = loop_likelihood(&model, &recordings, arguments.refit, &Options::default())?;
     if let Some(path) = &arguments.json {

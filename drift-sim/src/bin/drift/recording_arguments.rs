@@ -49,9 +49,10 @@ pub struct RecordingArguments {
 }
 
 impl RecordingArguments {
-    /// Reads a recording whole, with these further columns, and tells what was chosen on the way.
-    pub fn read(&self, path: &Path, extra: Vec<String>) -> Result<Recording> {
-        let recording = Recording::read(path, &ReadOptions { extra, ..self.read_options() })?;
+    /// Reads a recording whole, with these further columns, and tells what was chosen on the way. The work on a sample takes so many
+    /// bytes.
+    pub fn read(&self, path: &Path, extra: Vec<String>, work_bytes: u64) -> Result<Recording> {
+        let recording = Recording::read(path, &ReadOptions { extra, work_bytes, ..self.read_options() })?;
         tell(&recording.name, &recording.quality.notes);
         Ok(recording)
     }
@@ -66,6 +67,11 @@ impl RecordingArguments {
     /// Looks at a recording as it is.
     pub fn look(&self, path: &Path) -> Result<Overview> {
         Overview::read(path, &ReadOptions { incomplete: true, ..self.read_options() })
+    }
+
+    /// What reading one recording may take, bytes.
+    pub fn memory_limit_bytes(&self) -> u64 {
+        self.memory_limit.unwrap_or(MEMORY_LIMIT_BYTES)
     }
 
     /// The library's options, with no further columns asked for.

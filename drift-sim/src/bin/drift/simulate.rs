@@ -9,7 +9,7 @@ use drift_sim::controller::Controller;
 use drift_sim::output::Outputs;
 use drift_sim::reference::Reference;
 use drift_sim::shortest::{self, FewDecimals};
-use drift_sim::simulate::{DEFAULT_SAMPLES, Driving, Row, Simulation, diverged, samples, time_s};
+use drift_sim::simulate::{DEFAULT_SAMPLES, Driving, Row, Simulation, diverged, samples_within, time_s};
 use drift_sim::{Error, Result};
 
 use crate::number_argument::{finite, not_negative, positive};
@@ -59,11 +59,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let outputs = Outputs::checked(&[("--output", Some(&arguments.output))], &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
     let in_loop_file = |error: Error| error.in_file(&arguments.loop_file);
-    let asked = arguments.duration.map(|duration| samples(duration, model.sample_time_s)).transpose()?;
+    let limit = arguments.reading.memory_limit_bytes();
+    let asked = arguments
+        .duration
+        .map(|duration| samples_within(duration, model.sample_time_s, limit))
+        .transpose()?;
     let mut simulation = Simulation::new(&model, arguments.seed).map_err(in_loop_file)?;
     if let Some(path) = &arguments.reference {
         let inputs = model.inputs.iter().map(|input| input.column.clone());
-        let recorded = Driving::new(arguments.reading.read(path, inputs.collect())?, &model)?;
+        let recorded = Driving::new(arguments.reading.read(path, inputs.collect(), 0)?, &model)?;
         simulation.start(&recorded.start(&model)).map_err(in_loop_file)?;
         let length = asked.map_or(recorded.len(), |asked| asked.min(recorded.len()));
         let row = |n: usize| recorded.row(n);

@@ -322,5 +322,42 @@ fn every_file_that_fuzzing_starts_from_is_read_or_refused() {
             files += 1;
         }
     }
-    assert!(files >= 15, "{files} files");
+    assert!(files >= 45, "{files} files");
+}
+
+/// A step far below that of the rows asks for more samples than there is memory for; so does a run of years.
+#[test]
+fn more_samples_than_the_memory_admits_are_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..4000).map(|k| format!("{k},1,{},{}\n", k % 7, k % 3)).collect();
+    fs::write(folder.path().join("rec.csv"), format!("t,r,y,u\n{rows}")).unwrap();
+    let began = Instant::now();
+    for (line, most) in [
+        ("diagnose rec.csv --resample 0.001 --memory-limit 100M", "more than 190650 samples, whose"),
+        ("init rec.csv --resample 0.0001 --memory-limit 100M", "more than 190650 samples, whose"),
+        (
+            "calibrate rec.csv -o b.toml --resample 0.0001 --memory-limit 100M",
+            "more than 1048576 samples, whose",
+        ),
+    ] {
+        let (code, message) = capped(folder.path(), line);
+        assert_eq!(code, Some(1), "{line}: {message}");
+        assert!(
+            message.contains("whose work takes more than 100 MiB of memory; a larger step of --resample")
+                && message.contains(most),
+            "{message}"
+        );
+        assert_eq!(message.trim().lines().filter(|line| line.starts_with("error")).count(), 1, "{message}");
+    }
+    let loop_file = "[loop]\nsample_time_s = 1.0\n\n[controller]\nkind = \"pi\"\nkp = 2.0\nki = 0.1\n\n\
+        [plant]\nkind = \"first-order\"\ngain = 1.0\ntime_constant_s = 20.0\n";
+    fs::write(folder.path().join("loop.toml"), loop_file).unwrap();
+    let (code, message) = capped(folder.path(), "simulate loop.toml -o run.csv --duration 1e9");
+    assert_eq!(code, Some(1), "{message}");
+    assert!(
+        message.contains("--duration 1e9 is 1e9 samples; --duration up to 4.2949672e7 s at this sample time"),
+        "{message}"
+    );
+    assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
+    assert!(!folder.path().join("run.csv").exists() && !folder.path().join("b.toml").exists());
 }

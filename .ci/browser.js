@@ -41,7 +41,7 @@
   check(proof.length === 1, `${proof.length} pictures on the first screen`);
   check(proof[0].getBoundingClientRect().bottom + scrollY <= 850, `the first screen ends at ${proof[0].getBoundingClientRect().bottom} px`);
   check(document.querySelectorAll(".three li").length === 3, "not three numbers");
-  check(["Healthy", "Suspect", "Drift", "Cause found", "Can't tell", "Told apart", "In part"].includes(document.querySelector(".badge").textContent), "no status");
+  check(["Healthy", "Suspect", "Drift", "Cause found", "Can't tell", "Told apart", "In part", "Learnt"].includes(document.querySelector(".badge").textContent), "no status");
   check(figures.every((f) => f.querySelectorAll("canvas").length > 0), "a figure without a chart");
   plots.forEach(({ u }, i) => check(drawn(u), `plot ${i} is empty`));
   check(performance.getEntriesByType("resource").length === 0, "something was loaded");

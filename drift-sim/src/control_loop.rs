@@ -3,7 +3,15 @@
 use crate::controller::Controller;
 use crate::physics::{Term, UnitNames, Units};
 use crate::plant::{Plant, StateSpace};
+use crate::sentences::typed;
 use crate::{Error, Result};
+
+/// The largest size of a number that states a loop or drives it. A double carries 15 digits: beside a larger number nothing is left of a
+/// signal of size 1, so that the number is a mistake in the unit or the exponent.
+pub const LARGEST: f64 = 1e15;
+
+/// The shortest and the longest sample time that a loop can have, s: a nanosecond, faster than any controller, and 30 years.
+pub const SAMPLE_TIMES_S: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 /// A control loop as the loop file states it.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,8 +107,11 @@ impl Loop {
         if (recorded_s / stated_s - 1.0).abs() <= CLOCK {
             return Ok(());
         }
-        let what = format!("sampled every {recorded_s} s, but the loop file's sample_time_s is {stated_s} s");
-        Err(Error::new(what).allowed("the same in both, or --resample"))
+        let (recorded, stated) = (typed(recorded_s), typed(stated_s));
+        let what = format!("sampled every {recorded} s, but the loop file's sample_time_s is {stated} s");
+        Err(Error::new(what).allowed(format!(
+            "state the recording's sample time in the loop file, or add --resample {stated}"
+        )))
     }
 
     /// The units that parameters are built from.

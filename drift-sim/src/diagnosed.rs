@@ -15,7 +15,7 @@ use crate::plan::{self, Recorded};
 use crate::plant::Plant;
 use crate::recording::{ColumnMap, Recording};
 use crate::report::{Block, Page, Section};
-use crate::sentences::Clock;
+use crate::sentences::{Clock, typed};
 use crate::{Error, Result, init};
 
 /// A recording and the file that it was read from, as the user wrote it.
@@ -69,7 +69,8 @@ impl Question {
         let Self { recordings, holdout, healthy, stated, guarantee } = self;
         if let Some(alpha) = guarantee.filter(|alpha| !(*alpha > 0.0 && *alpha < 1.0)) {
             return Err(Error::new(format!(
-                "a guarantee of {alpha}: it is a probability between 0 and 1, such as 0.05"
+                "a guarantee of {}: it is a probability between 0 and 1, such as 0.05",
+                typed(alpha)
             )));
         }
         let none = || Error::new("there is no recording to diagnose");

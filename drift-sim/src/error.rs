@@ -1,6 +1,7 @@
 //! One error: where, what, and what is allowed, in one line.
 
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The result of everything in this crate that input can make fail.
@@ -20,6 +21,17 @@ impl Error {
     /// What is wrong, in a few words without a full stop.
     pub fn new(what: impl Into<String>) -> Self {
         Self { file: None, line: None, what: what.into(), allowed: None }
+    }
+
+    /// What the system says of a file that `can't be read`, `can't be written` ..., in plain words.
+    pub fn of_file(cannot: &str, error: &io::Error) -> Self {
+        let (why, allowed) = match error.kind() {
+            io::ErrorKind::NotFound => ("there is no such file", "check its name and its folder"),
+            io::ErrorKind::PermissionDenied => ("access is denied", "check who may use it"),
+            io::ErrorKind::IsADirectory => ("it is a folder", "name a file in it"),
+            _ => return Self::new(format!("{cannot}: {}", without_code(&error.to_string()))),
+        };
+        Self::new(format!("{cannot}: {why}")).allowed(allowed)
     }
 
     /// What would have been right.
@@ -67,6 +79,11 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// The system's own words without the number of the error.
+fn without_code(text: &str) -> &str {
+    text.split_once(" (os error").map_or(text, |(words, _)| words)
+}
+
 /// Messages quote input: a line break or a terminal's control code in it must not reach the terminal.
 fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
@@ -85,6 +102,15 @@ mod tests {
     #[test]
     fn hostile_text_stays_on_one_line() {
         assert_eq!(Error::new("bad 'a\nb\u{1b}[2J'").to_string(), "bad 'a b [2J'");
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_told_in_plain_words() {
+        let missing = std::fs::File::open("no such file").unwrap_err();
+        let text = Error::of_file("can't be read", &missing).in_file("a.csv").to_string();
+        assert_eq!(text, "a.csv: can't be read: there is no such file; check its name and its folder");
+        let full = Error::of_file("can't be written", &io::Error::from_raw_os_error(28)).to_string();
+        assert!(full.starts_with("can't be written: ") && !full.contains("os error"), "{full}");
     }
 
     #[test]

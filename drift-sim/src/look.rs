@@ -6,7 +6,7 @@ use std::fmt::Write;
 use crate::plot::terminal::{mean, range, row, stretches};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::{Overview, Span};
-use crate::sentences::Clock;
+use crate::sentences::{Clock, percent, typed_to};
 use crate::terminal::Terminal;
 
 /// Columns that are listed by name.
@@ -246,7 +246,7 @@ fn is_constant(low: f64, high: f64) -> bool {
 
 /// The least and the greatest value, with as many digits as it takes to tell them apart.
 fn ends(low: f64, high: f64) -> String {
-    let with = |digits: usize| [low, high].map(|x| shortened(x, digits));
+    let with = |digits: usize| [low, high].map(|x| typed_to(x, digits));
     let apart = (DIGITS..MOST_DIGITS).map(with).find(|[low, high]| low != high);
     let [low, high] = apart.unwrap_or_else(|| with(MOST_DIGITS));
     format!("{low} .. {high}")
@@ -267,7 +267,7 @@ fn spans(spans: &[Span], seen: &Overview) -> String {
     let list: Vec<String> = longest.iter().map(span).collect();
     let more = if spans.len() > SPANS_SHOWN { ", the longest" } else { "" };
     let share = 100.0 * count as f64 / seen.t_s.len() as f64;
-    format!("{} % of the rows, {}{more} {}", short(share), counted(spans.len(), "stretch"), list.join(", "))
+    format!("{} of the rows, {}{more} {}", percent(share), counted(spans.len(), "stretch"), list.join(", "))
 }
 
 /// A line with its name before it.
@@ -299,18 +299,7 @@ const MOST_DIGITS: usize = 15;
 
 /// Four significant digits without zeros at the end.
 fn short(x: f64) -> String {
-    shortened(x, DIGITS)
-}
-
-fn shortened(x: f64, digits: usize) -> String {
-    let rounded = format!("{x:.*e}", digits - 1).parse::<f64>().unwrap_or(x);
-    // Without the sign of a zero.
-    let rounded = if rounded == 0.0 { 0.0 } else { rounded };
-    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {
-        format!("{rounded:e}")
-    } else {
-        rounded.to_string()
-    }
+    typed_to(x, DIGITS)
 }
 
 /// Names come from the file: a control code in them must not reach the terminal.

@@ -71,7 +71,7 @@ impl Outputs {
                         "{name} would overwrite the input '{}'",
                         input.display()
                     ))
-                    .allowed("a file of its own")
+                    .allowed("name another file for it")
                     .in_file(path));
                 }
             }
@@ -79,7 +79,7 @@ impl Outputs {
                 outputs.iter().take(i).find(|(_, other)| place.is_some() && Place::of_output(other) == place);
             if let Some((other, _)) = same {
                 let what = format!("{other} and {name} are both '{}'", path.display());
-                return Err(Error::new(what).allowed("a file for each"));
+                return Err(Error::new(what).allowed("name a file for each"));
             }
             can_be_written(path)?;
         }
@@ -101,7 +101,7 @@ impl Outputs {
             return match write(&mut out).and_then(|()| out.flush()) {
                 // The reader of the pipe has seen enough: not a failure of ours.
                 Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-                other => other.map_err(|e| Error::new(format!("standard output can't be written: {e}"))),
+                other => other.map_err(|e| Error::of_file("standard output can't be written", &e)),
             };
         }
         // Renaming a file onto a device or a pipe would put the file in its place.
@@ -217,7 +217,14 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
 }
 
 fn refused(path: &Path, e: &io::Error) -> Error {
-    Error::new(format!("can't be written: {e}")).in_file(path)
+    let error = match e.kind() {
+        // A new file lacks nothing but its folder.
+        io::ErrorKind::NotFound => {
+            Error::new("can't be written: there is no such folder").allowed("make the folder first")
+        }
+        _ => Error::of_file("can't be written", e),
+    };
+    error.in_file(path)
 }
 
 /// A temporary file that an interrupt removes.
@@ -254,7 +261,7 @@ fn behind_links(path: &Path) -> PathBuf {
 /// # Errors
 /// It can't be made, or holds a file that is not ours.
 pub fn own_folder(folder: &Path, files: &[&str]) -> Result<()> {
-    let refused = |e: io::Error| Error::new(format!("can't be made: {e}")).in_file(folder);
+    let refused = |e: io::Error| Error::of_file("can't be made", &e).in_file(folder);
     fs::create_dir_all(folder).map_err(refused)?;
     let (there, missing): (Vec<&str>, Vec<&str>) =
         files.iter().partition(|name| folder.join(name).symlink_metadata().is_ok());

@@ -125,13 +125,13 @@ impl Terminal {
     /// Seen before it is read.
     fn shape(&self, status: Status) -> char {
         match (self.signs, status) {
-            (Signs::Blocks, Status::Healthy | Status::ToldApart) => '\u{2714}',
+            (Signs::Blocks, Status::Healthy | Status::ToldApart | Status::Learnt) => '\u{2714}',
             (Signs::Blocks, Status::Suspect) => '\u{25b2}',
             (Signs::Blocks, Status::Drift) => '\u{25a0}',
             (Signs::Blocks, Status::CauseFound) => '\u{25cf}',
             (Signs::Blocks, Status::CantTell) => '\u{25c7}',
             (Signs::Blocks, Status::InPart) => '\u{25d1}',
-            (Signs::Ascii, Status::Healthy | Status::ToldApart) => '+',
+            (Signs::Ascii, Status::Healthy | Status::ToldApart | Status::Learnt) => '+',
             (Signs::Ascii, Status::Suspect) => '!',
             (Signs::Ascii, Status::Drift) => '#',
             (Signs::Ascii, Status::CauseFound) => '*',
@@ -143,7 +143,7 @@ impl Terminal {
     /// In the status' colour, bold.
     pub fn coloured(&self, status: Status, text: &str) -> String {
         let code = match status {
-            Status::Healthy | Status::ToldApart => 32,
+            Status::Healthy | Status::ToldApart | Status::Learnt => 32,
             Status::Suspect | Status::InPart => 33,
             Status::Drift => 31,
             Status::CauseFound => 36,

@@ -13,7 +13,7 @@ const MEGABYTE: u64 = 1_000_000;
 /// It can't be read, is larger, or is no text in UTF-8: with the line.
 pub fn read(path: &Path, what: &str, most_megabytes: u64) -> Result<String> {
     let bytes = bytes_of(path, most_megabytes * MEGABYTE + 1)
-        .map_err(|e| Error::new(format!("can't be read: {e}")).in_file(path))?;
+        .map_err(|e| Error::of_file("can't be read", &e).in_file(path))?;
     if bytes.len() as u64 > most_megabytes * MEGABYTE {
         let most = format!("at most {most_megabytes} MB");
         return Err(Error::new(format!("too large for {what}")).allowed(most).in_file(path));

@@ -81,7 +81,7 @@ fn what_can_not_be_calibrated_is_one_clear_line() {
     let error = refused(Options { confidence: 2.0, ..options() });
     assert_eq!(error, "confidence is 2; 0.5 to 0.99");
     let error = refused(Options { false_alarm_every_h: f64::NAN, ..options() });
-    assert!(error.contains("a number above 0"), "{error}");
+    assert!(error.contains("a number of hours above 0"), "{error}");
     let flat = [vec![1.0; 30_000], vec![1.0; 30_000], vec![0.5; 30_000]];
     let error = calibrate(&[signals(&flat)], &options()).unwrap_err().to_string();
     assert!(error.contains("no scatter beyond rounding"), "{error}");

@@ -37,6 +37,7 @@ mod recording_input;
 mod recording_real;
 mod recording_shapes;
 mod recording_torn;
+mod refusals;
 mod report_pages;
 mod run_lengths;
 mod run_lengths_simulated;

@@ -216,7 +216,7 @@ fn the_chart_shows_every_channel_and_stays_small() {
     let figure = chart.figure(&summary);
     assert_eq!(figure.panels.len(), 5);
     let svg = figure.to_svg().unwrap();
-    assert!(svg.contains("effort") && svg.contains("Shewhart limits"));
+    assert!(svg.contains("effort") && svg.contains("limits of one window"));
     assert!(svg.len() < 400_000, "{}", svg.len());
 }
 

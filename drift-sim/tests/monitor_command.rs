@@ -160,7 +160,7 @@ fn a_report_holds_the_command_line_and_the_drift() {
     assert!(page.contains("<h1>It takes more effort to hold y than it did, since about 200 s.</h1>"));
     let two =
         drift(folder.path(), &["drift.csv", "--baseline", "baseline.toml", "--json", "-", "--report", "-"]);
-    assert_eq!(message(&two), "error: --json and --report are both '-'; a file for each\n");
+    assert_eq!(message(&two), "error: --json and --report are both '-'; name a file for each\n");
 }
 
 #[test]

@@ -51,68 +51,68 @@ fn no_output_is_an_input_or_another_output() {
     for (line, message) in [
         (
             "calibrate rec.csv -o rec.csv",
-            "rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --output would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "calibrate rec.csv -o link.csv",
-            "link.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+            "link.csv: --output would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "calibrate link.csv -o hard.csv",
-            "hard.csv: --output would overwrite the input 'link.csv'; a file of its own",
+            "hard.csv: --output would overwrite the input 'link.csv'; name another file for it",
         ),
         (
             "calibrate rec.csv -o sub/../rec.csv",
-            "sub/../rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+            "sub/../rec.csv: --output would overwrite the input 'rec.csv'; name another file for it",
         ),
-        ("calibrate rec.csv -o b --rust b", "--output and --rust are both 'b'; a file for each"),
+        ("calibrate rec.csv -o b --rust b", "--output and --rust are both 'b'; name a file for each"),
         (
             "calibrate rec.csv -o b --c x --json sub/../b",
-            "--output and --json are both 'sub/../b'; a file for each",
+            "--output and --json are both 'sub/../b'; name a file for each",
         ),
         (
             "init rec.csv -o rec.csv",
-            "rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --output would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "monitor rec.csv --baseline baseline.toml --report rec.csv",
-            "rec.csv: --report would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --report would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "monitor rec.csv --baseline baseline.toml --json rec.csv",
-            "rec.csv: --json would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --json would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "monitor rec.csv --baseline baseline.toml --plot rec.csv",
-            "rec.csv: --plot would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --plot would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "monitor rec.csv --baseline baseline.toml --report baseline.toml",
-            "baseline.toml: --report would overwrite the input 'baseline.toml'; a file of its own",
+            "baseline.toml: --report would overwrite the input 'baseline.toml'; name another file for it",
         ),
         (
             "monitor rec.csv --baseline baseline.toml --json x --plot x",
-            "--json and --plot are both 'x'; a file for each",
+            "--json and --plot are both 'x'; name a file for each",
         ),
         (
             "diagnose rec.csv --loop heater.toml --report rec.csv",
-            "rec.csv: --report would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --report would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "diagnose rec.csv --loop heater.toml --model heater.toml",
-            "heater.toml: --model would overwrite the input 'heater.toml'; a file of its own",
+            "heater.toml: --model would overwrite the input 'heater.toml'; name another file for it",
         ),
         (
             "diagnose rec.csv --loop heater.toml --healthy hard.csv --json link.csv",
-            "link.csv: --json would overwrite the input 'rec.csv'; a file of its own",
+            "link.csv: --json would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "simulate heater.toml --reference rec.csv -o rec.csv",
-            "rec.csv: --output would overwrite the input 'rec.csv'; a file of its own",
+            "rec.csv: --output would overwrite the input 'rec.csv'; name another file for it",
         ),
         (
             "simulate heater.toml -o heater.toml",
-            "heater.toml: --output would overwrite the input 'heater.toml'; a file of its own",
+            "heater.toml: --output would overwrite the input 'heater.toml'; name another file for it",
         ),
         ("simulate heater.toml -o sub", "sub: can't be written: it is a folder; the name of a file"),
     ] {

@@ -25,7 +25,8 @@ const SERVO: &str = include_str!("../../examples/loops/servo.toml");
 
 /// Why a text must not be shown; `None` where nothing is wrong with it.
 fn fault(text: &str) -> Option<String> {
-    let text = text.replace('\u{a0}', "");
+    // As a terminal without other signs writes them.
+    let text = text.replace('\u{a0}', "").replace("+-", "\u{b1}").replace("->", "\u{2192}");
     let words: Vec<&str> = text.split([' ', '(', ')', ',', ';', ':']).filter(|w| !w.is_empty()).collect();
     let number = |word: &str| word.trim_end_matches(['.', '%']).replace('\u{2212}', "-").parse::<f64>().ok();
     for word in &words {
@@ -48,6 +49,22 @@ fn fault(text: &str) -> Option<String> {
         }
     }
     for pair in words.windows(2) {
+        if let [number_of_them, of] = pair
+            && *number_of_them == "1"
+            && SEVERAL.contains(&of.trim_end_matches('.'))
+        {
+            return Some(format!("one of several: {number_of_them} {of}"));
+        }
+        if let [a, "\u{b1}"] = pair
+            && number(a) == Some(0.0)
+        {
+            return Some(format!("nothing, with an interval: {a} \u{b1}"));
+        }
+        if let ["by", size] = pair
+            && number(size) == Some(0.0)
+        {
+            return Some(format!("a size of nothing: by {size}"));
+        }
         if let [a, b] = pair
             && *a == "+"
             && number(b).is_some_and(|b| b < 0.0)
@@ -70,6 +87,9 @@ fn fault(text: &str) -> Option<String> {
     }
     for triple in words.windows(3) {
         match triple {
+            [a, "%", "later"] if number(a).is_some_and(|a| a >= 100.0) => {
+                return Some(format!("in per cent what is several times: {a} % later"));
+            }
             [a, "to" | "\u{2192}", b] if number(a).is_some() && number(a) == number(b) => {
                 return Some(format!("from a number to the same: {a} to {b}"));
             }
@@ -80,6 +100,54 @@ fn fault(text: &str) -> Option<String> {
         }
     }
     None
+}
+
+/// What is counted, in the plural.
+const SEVERAL: [&str; 13] = [
+    "rows",
+    "samples",
+    "columns",
+    "windows",
+    "stretches",
+    "gaps",
+    "times",
+    "alarms",
+    "decisions",
+    "recordings",
+    "sigmas",
+    "warnings",
+    "days",
+];
+
+/// Significant digits.
+fn significant(word: &str) -> usize {
+    let digits = word.trim_start_matches(['-', '\u{2212}', '0', '.']);
+    digits.chars().filter(char::is_ascii_digit).count()
+}
+
+/// A number on a terminal with more than five digits and no interval that carries them.
+fn unread_digits(line: &str) -> Option<String> {
+    let line = line.replace("+-", "\u{b1}").replace(['(', ')', ',', ';', ':'], " ");
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let carries = |at: Option<usize>| {
+        at.and_then(|at| words.get(at)).is_some_and(|word| ["\u{b1}", "to"].contains(word))
+    };
+    let per_cent = words.windows(2).find(|pair| {
+        let is_far_from_all = |text: &str| text.parse::<f64>().is_ok_and(|x| x.abs() < 99.0);
+        pair[1].trim_end_matches('.') == "%" && is_far_from_all(pair[0]) && significant(pair[0]) > 3
+    });
+    if let Some(pair) = per_cent {
+        return Some(format!("more than a person reads of per cent: {} %", pair[0]));
+    }
+    let long = words.iter().enumerate().find(|(at, word)| {
+        let word = word.trim_end_matches(['.', '%']);
+        word.contains('.')
+            && word.parse::<f64>().is_ok()
+            && significant(word) > 5
+            && !carries(at.checked_add(1))
+            && !carries(at.checked_sub(1))
+    });
+    long.map(|(_, word)| format!("digits that nobody reads: {word}"))
 }
 
 fn decimals(word: &str) -> usize {
@@ -101,6 +169,11 @@ fn what_must_not_be_said_is_found() {
         "a load of -0 N",
         "gains -0.0 in log-likelihood over the refitted model",
         "level 0.0147 drive unit",
+        "to find a shift of 1 sigma, 381 % later than with exact knowledge",
+        "slip_jump 0.00 +- 0.12",
+        "offset: 0 \u{b1} 23",
+        "The valve sticks until u is 1.56 away from it, then jumps by 0.",
+        "note: 1 rows repeat a time stamp",
     ] {
         assert!(fault(bad).is_some(), "{bad}");
     }
@@ -110,8 +183,19 @@ fn what_must_not_be_said_is_found() {
         "89.8 \u{2192} 97.4 %",
         "5.8\u{d7}10\u{207b}\u{2077} V",
         "2 \u{2212} 3615 x",
+        "26 % later than with exact knowledge",
+        "4.8 times as long as with exact knowledge",
+        "99.98 % fit",
+        "offset: within 23 of 0",
+        "1 row repeats a time stamp",
     ] {
         assert_eq!(fault(good), None, "{good}");
+    }
+    for bad in ["22 correlation times of e, u or r (151.1955 s)", "it misses u by 26.17 % of its deviation"] {
+        assert!(unread_digits(bad).is_some(), "{bad}");
+    }
+    for good in ["kp: 3.99666 +- 0.00013", "20.4012 to 21.2034", "(151 s)", "17.54 h from t = 3600 s"] {
+        assert_eq!(unread_digits(good), None, "{good}");
     }
 }
 
@@ -379,4 +463,128 @@ fn dates_of_the_recording_are_dates_in_every_sentence() {
     assert_eq!(answer.sentence, format!("It takes more effort to hold y than it did, since about {date}."));
     let text = screen(&summary, None, &Terminal::plain());
     assert!(!text.contains("since 200"), "{text}");
+}
+
+/// What a command prints and tells in a folder, with its exit code.
+fn said(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_drift"));
+    let out = command.args(line.split(' ')).current_dir(folder).env("LC_ALL", "C").output().unwrap();
+    (out.status.code(), String::from_utf8([out.stdout, out.stderr].concat()).unwrap())
+}
+
+/// Every line that the commands print or tell on the way from a loop file to a diagnosis, for a person at a terminal: an oven that loses
+/// a tenth of its gain, in a recording with units that repeats one time stamp.
+#[test]
+fn terminals_say_what_a_person_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let (healthy, _) = OVEN.split_once("[[physics]]").unwrap_or((OVEN, ""));
+    write("oven.toml", healthy);
+    write(
+        "weak.toml",
+        &format!("{healthy}\n[[physics]]\nkind = \"gain_loss\"\nloss = 0.1\nonset_s = 30000\n"),
+    );
+    let set_points = "--reference-mean 60 --reference-sd 2 --reference-hold 300";
+    let mut read = 0;
+    for (line, code) in [
+        (format!("simulate oven.toml {set_points} --duration 300000 -o healthy.csv"), 0),
+        (format!("simulate weak.toml {set_points} --duration 60000 --seed 2 -o now.csv"), 0),
+        ("look now.csv".into(), 0),
+        ("init now.csv".into(), 0),
+        ("init now.csv -o found.toml".into(), 0),
+        ("plan oven.toml --diagnosis none.json -o x".into(), 1),
+        ("calibrate healthy.csv -o baseline.toml".into(), 0),
+        ("calibrate now.csv -o few.toml --false-alarm-every 720".into(), 0),
+        ("monitor now.csv --baseline baseline.toml".into(), 0),
+        ("diagnose now.csv --loop oven.toml --report page.html".into(), 0),
+        ("diagnose healthy.csv --loop oven.toml".into(), 0),
+        ("calibrate healthy.csv -o x --window 7.123456789".into(), 1),
+        ("diagnose now.csv --loop oven.toml --sample-time 0.123456789".into(), 1),
+    ] {
+        let (ended, text) = said(folder.path(), &line);
+        assert_eq!(ended, Some(code), "{line}: {text}");
+        for printed in text.lines().filter(|printed| !printed.contains(" = ") && !printed.contains("drift "))
+        {
+            // An error quotes what was typed.
+            let faults = if code == 0 { fault(printed).or_else(|| unread_digits(printed)) } else { None };
+            assert_eq!(faults, None, "{line}: {printed}");
+            assert!(printed.chars().count() <= 80 || code != 0, "{line}: {printed}");
+            read += 1;
+        }
+    }
+    assert!(read > 150, "{read} lines read");
+}
+
+/// What was found is said of what was found only: a healthy loop was simulated once.
+#[test]
+fn a_healthy_loop_is_not_told_with_what_was_found() {
+    let found = &founds()[0];
+    assert!(found.diagnosis.physics.is_empty());
+    let (signals, clock) = (found.signals.clone(), Clock::new(None, found.signals.duration_s()));
+    let case = page::Case {
+        first: &Shown { file: "run.csv".into(), signals, clock },
+        further: &[],
+        holdout: None,
+        healthy: &[],
+        loop_file: Some(Path::new("loop.toml")),
+        columns: &ColumnMap::default(),
+        is_identified: false,
+    };
+    let made = page::page(&found.diagnosis, &case, String::new());
+    for text in texts(&made) {
+        assert!(!text.contains("with it") && !text.contains("what was found"), "{text}");
+    }
+}
+
+/// A valve whose jump may be nothing by its interval sticks and follows; one whose jump is sure jumps.
+#[test]
+fn a_jump_of_nothing_is_not_told() {
+    let found = &founds()[0];
+    let mut of = with_term(found, "stiction", 1.0, 0.1, 0.0).unwrap();
+    of.physics[0].term.parameters = vec![1.56, 0.04, 0.0];
+    of.physics[0].half_widths = vec![0.05, 0.12, f64::NAN];
+    let says = drift_sim::sentences::says(&of.physics[0], &of);
+    assert_eq!(says, "The valve sticks until u is 1.56 % away from it, and then follows.");
+    of.physics[0].half_widths[1] = 0.01;
+    let says = drift_sim::sentences::says(&of.physics[0], &of);
+    assert_eq!(says, "The valve sticks until u is 1.56 % away from it, then jumps by 0.04 %.");
+}
+
+/// A fit that noise alone would not leave puzzles: what is said then is that only noise is left.
+#[test]
+fn a_fit_is_never_better_than_noise_allows() {
+    let found = &founds()[0];
+    let mut of = with_term(found, "gain_loss", 0.1, 0.02, 0.0).unwrap();
+    of.physics[0].holdout_errors = f64::NAN;
+    let label = |of: &Diagnosis| diagnosis(of, &Clock::default(), 0.0).numbers[0].label.clone();
+    for (reached, floor, says) in [
+        (90.8, 71.2, "fit of u on unseen data; only noise is left"),
+        (95.6, 95.5, "fit of u on unseen data; only noise is left"),
+        (95.6, 97.25, "fit of u on unseen data; noise alone leaves 97.2"),
+    ] {
+        of.holdout.after = Some(FitPct { y_pct: 99.0, u_pct: Some(reached) });
+        of.noise_floor = Some(FitPct { y_pct: 99.0, u_pct: Some(floor) });
+        assert_eq!(label(&of), says);
+    }
+    of.noise_floor = Some(FitPct { y_pct: 99.0, u_pct: Some(71.2) });
+    of.holdout.after = Some(FitPct { y_pct: 99.0, u_pct: Some(90.8) });
+    assert_eq!(of.noise_leaves(), None);
+}
+
+/// Where somebody knows the units, the monitor's numbers have them.
+#[test]
+fn the_monitor_s_numbers_have_units() {
+    let (mut summary, _) = monitored(0.2, false);
+    summary.units.u = Some("%".into());
+    let answer = monitoring(&summary, &summary.clock());
+    assert!(answer.numbers.iter().any(|n| n.value == "+0.2 %"), "{answer:?}");
+    let (mut summary, _) = monitored(0.0, false);
+    (summary.units.y, summary.units.u) = (Some("degC".into()), Some("%".into()));
+    let also = monitoring(&summary, &summary.clock()).also;
+    assert!(
+        also.starts_with("A lasting shift of u by less than 0.0")
+            && also.contains(" %, or of y by less than "),
+        "{also}"
+    );
+    assert!(also.contains(" degC, may hide"), "{also}");
 }

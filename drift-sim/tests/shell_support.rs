@@ -109,3 +109,52 @@ fn charts_on_the_terminal_follow_the_locale() {
         assert!(!text.contains('\u{1b}') && text.lines().count() <= 40, "more than a screen");
     }
 }
+
+/// Lines that are wider than a terminal of 80 columns.
+fn wide(text: &str) -> Vec<&str> {
+    text.lines().filter(|line| line.chars().count() > 80).collect()
+}
+
+/// What `drift` prints where the environment says that there are 80 columns, run in a folder.
+fn printed_at_80(folder: &std::path::Path, arguments: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drift"));
+    let output = command.args(arguments).current_dir(folder).env("COLUMNS", "80").output().unwrap();
+    let [out, told] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert!(output.status.success(), "{arguments:?}: {told}");
+    out + &told
+}
+
+#[test]
+fn help_fits_a_terminal_of_80_columns() {
+    let here = std::path::Path::new(".");
+    for help in ["-h", "--help"] {
+        let text = printed_at_80(here, &[help]);
+        assert!(wide(&text).is_empty(), "drift {help}: {:?}", wide(&text));
+        for command in commands().iter().filter(|name| *name != "fleet") {
+            let text = printed_at_80(here, &[command, help]);
+            // What is shown to be copied stays on one line.
+            let lines: Vec<&str> =
+                wide(&text).into_iter().filter(|line| !line.trim().starts_with("drift ")).collect();
+            assert!(lines.is_empty(), "drift {command} {help}: {lines:?}");
+        }
+    }
+}
+
+#[test]
+fn demo_and_init_fit_a_terminal_of_80_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = printed_at_80(folder.path(), &["demo"]);
+    assert!(wide(&text).is_empty(), "{:?}", wide(&text));
+    assert!(text.starts_with("An oven under PI control."), "{text}");
+    // A loop whose law and plant nothing tells: the longest reasons.
+    let rows: String =
+        (0..400).map(|i| format!("{i},{},{}\n", (i * 37 % 101) as f64, (i * 53 % 89) as f64)).collect();
+    std::fs::write(folder.path().join("noise.csv"), "t,y,u\n".to_owned() + &rows).unwrap();
+    let text = printed_at_80(folder.path(), &["init", "noise.csv"]);
+    assert!(wide(&text).is_empty(), "{:?}", wide(&text));
+    let text = printed_at_80(folder.path(), &["init", "noise.csv", "-o", "loop.toml"]);
+    assert!(wide(&text).is_empty(), "{:?}", wide(&text));
+    let file = std::fs::read_to_string(folder.path().join("loop.toml")).unwrap();
+    assert!(wide(&file).is_empty() && file.contains("# State the plant here"), "{file}");
+    assert!(drift_sim::control_loop::Loop::parse(&file, "loop.toml").is_ok(), "{file}");
+}

@@ -98,7 +98,7 @@ impl LoopRun {
             let columns = stream.columns();
             let made = page(&summary, &self.chart, &self.baseline, columns, reports.command.clone());
             std::fs::create_dir_all(&reports.folder)
-                .map_err(|e| Error::new(format!("can't be made: {e}")).in_file(&reports.folder))?;
+                .map_err(|e| Error::of_file("can't be made", &e).in_file(&reports.folder))?;
             let file = reports.folder.join(format!("{}.html", baselines::file_stem(&self.name)));
             output::write_text(&file, &made.to_html()?)?;
         }

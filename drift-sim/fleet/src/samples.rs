@@ -243,7 +243,7 @@ impl Kind {
 /// Takes every file within a folder, in the order of names, but for those that lakes keep for themselves (`_SUCCESS`, `.crc`); a file
 /// is its own.
 fn every_file(path: &Path, take: &mut dyn FnMut(&Path) -> Result<()>) -> Result<()> {
-    let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(path);
+    let refused = |e: std::io::Error| Error::of_file("can't be read", &e).in_file(path);
     if !std::fs::metadata(path).map_err(refused)?.is_dir() {
         return take(path);
     }
@@ -277,7 +277,7 @@ fn partition_keys(root: &Path, file: &Path) -> Vec<(String, DataType)> {
 }
 
 fn format(file: &Path) -> Result<Format> {
-    let refused = |e: std::io::Error| Error::new(format!("can't be read: {e}")).in_file(file);
+    let refused = |e: std::io::Error| Error::of_file("can't be read", &e).in_file(file);
     let mut reader = BufReader::new(File::open(file).map_err(refused)?);
     match Kind::of(file) {
         Kind::Parquet => {

@@ -66,7 +66,7 @@ fn each_mistake_is_one_line() {
         (monitor("good.csv --json /dev/full"), "error: /dev/full: can't be written: No space left on device"),
         (
             monitor("good.csv --report one.html --json one.html"),
-            "error: --json and --report are both 'one.html'; a file for each",
+            "error: --json and --report are both 'one.html'; name a file for each",
         ),
         (
             "monitor good.csv --loop-column tag --baselines nowhere".into(),

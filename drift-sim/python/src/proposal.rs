@@ -1,6 +1,7 @@
 //! Loops proposed from recordings.
 
 use drift_sim::init;
+use drift_sim::terminal::Terminal;
 use pyo3::prelude::*;
 
 use crate::control_loop::Loop;
@@ -43,7 +44,7 @@ impl Proposal {
     }
 
     fn screen(&self) -> String {
-        self.found.screen()
+        self.found.screen(&Terminal::plain())
     }
 }
 

@@ -43,6 +43,7 @@ struct ChannelTable {
 /// # Errors
 /// As [`BaselineFile::parse`], without the file.
 pub(super) fn parse(text: &str) -> Result<BaselineFile> {
+    check_is_baseline(text)?;
     check_schema(text)?;
     let document: Document = toml::from_str(text).map_err(|e| {
         let error = Error::new(e.message().trim());
@@ -114,6 +115,23 @@ struct Problem {
     key: &'static str,
     what: String,
     allowed: &'static str,
+}
+
+/// What makes a baseline, and how one is made.
+const MADE_BY: &str = "a baseline, which `drift calibrate HEALTHY.csv -o BASELINE.toml` makes";
+
+/// A recording or a loop file in a baseline's place: said as such, because no key of it would tell a reader anything.
+fn check_is_baseline(text: &str) -> Result<()> {
+    let table: Option<toml::Table> = toml::from_str(text).ok();
+    let (what, has_schema) = match &table {
+        Some(table) if table.contains_key("controller") && table.contains_key("plant") => {
+            ("this is a loop file", false)
+        }
+        Some(table) => ("this is no baseline: it has no schema", table.contains_key("schema")),
+        // Not TOML as a whole; one that was edited by hand still names its schema.
+        None => ("this is no baseline", text.lines().any(|line| line.trim_start().starts_with("schema"))),
+    };
+    if has_schema { Ok(()) } else { Err(Error::new(what).allowed(MADE_BY)) }
 }
 
 /// A file of another version may have other keys: say so before anything else.

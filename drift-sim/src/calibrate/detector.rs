@@ -39,7 +39,7 @@ pub(crate) enum Threshold<'a> {
 pub(crate) trait Designed: Sync {
     /// The name in files, commands and reports, one of [`Detectors::NAMES`].
     fn name(&self) -> &'static str;
-    /// The name in sentences.
+    /// What it looks at, in plain words, and its name in parentheses.
     fn spoken(&self) -> &'static str;
     /// The statistic's maxima between two restarts on these residuals, on a scale on which their tail is exponential; each side
     /// sees the residuals wrong by the margin in its own direction. `None`: it has no memory, and its limits are the law's own.

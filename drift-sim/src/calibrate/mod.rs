@@ -50,6 +50,7 @@ use drift_core::{
 
 use crate::baseline_file::{BaselineFile, ChannelEntry, Promise, Provenance, Samples, Statistics, Timing};
 use crate::recording::{Recording, RowState};
+use crate::sentences::typed;
 use crate::stage;
 use crate::{Error, Result};
 use autocorrelation::{autocovariances, effective_size, integrated_time, size_for_variance};
@@ -186,7 +187,7 @@ fn from_windows(
 ) -> Result<Calibration> {
     let n = windows.rows.len();
     if n < LEAST_WINDOWS {
-        let what = format!("{n} healthy windows of {} s", file.timing.window_s());
+        let what = format!("{n} healthy windows of {} s", typed(file.timing.window_s()));
         return Err(Error::new(what)
             .allowed(format!("{LEAST_WINDOWS} or more: a longer recording or a shorter window")));
     }
@@ -260,13 +261,12 @@ fn check_recordings(recordings: &[Signals<'_>]) -> Result<()> {
             return Err(Error::new("r, y, u are empty or of different lengths").in_file(signals.name));
         }
         if !(signals.sample_time_s > 0.0 && signals.sample_time_s.is_finite()) {
-            return Err(
-                Error::new(format!("the sample time is {} s", signals.sample_time_s)).in_file(signals.name)
-            );
+            return Err(Error::new(format!("the sample time is {} s", typed(signals.sample_time_s)))
+                .in_file(signals.name));
         }
         if (signals.sample_time_s / first.sample_time_s - 1.0).abs() > 1e-6 {
-            return Err(Error::new(format!("the sample time is {} s", signals.sample_time_s))
-                .allowed(format!("{} s, as in {}", first.sample_time_s, first.name))
+            return Err(Error::new(format!("the sample time is {} s", typed(signals.sample_time_s)))
+                .allowed(format!("{} s, as in {}", typed(first.sample_time_s), first.name))
                 .in_file(signals.name));
         }
     }
@@ -293,8 +293,12 @@ fn unlearned(files: Vec<String>, options: &Options, timing: Timing) -> Result<Ba
         Some((step, s)) => {
             let ticks = (s / sample_time_s).round();
             if !(step >= 0.0 && step.is_finite() && (1.0..=4e9).contains(&ticks)) {
-                return Err(Error::new(format!("blanking of {s} s after steps of {step}"))
-                    .allowed("a step of 0 or more and at least one sample"));
+                return Err(Error::new(format!(
+                    "--blank {} after steps of --blank-step {}",
+                    typed(s),
+                    typed(step)
+                ))
+                .allowed("a step of 0 or more and at least one sample"));
             }
             Some(Blanking { reference_step: step as f32, ticks: ticks as u32 })
         }

@@ -1,8 +1,11 @@
 //! What is asked of a calibration, and whether it can be had.
 
+use std::ops::RangeInclusive;
+
 use drift_core::{ChannelKind, Decision, Detectors, Index, Memory};
 
 use super::{DetectorChoice, operating_point};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// What is asked for.
@@ -68,19 +71,33 @@ impl Default for Options {
 }
 
 impl Options {
-    pub(super) fn check(&self) -> Result<()> {
+    /// What [`Self::confidence`] may be.
+    pub const CONFIDENCE: RangeInclusive<f64> = 0.5..=0.99;
+    /// What [`Self::k`] may be, sigmas.
+    pub const K: RangeInclusive<f64> = 0.1..=2.0;
+    /// What [`Self::lambda`] may be.
+    pub const LAMBDA: RangeInclusive<f64> = 0.02..=1.0;
+
+    /// Whether it can be asked for, whatever the recordings.
+    ///
+    /// # Errors
+    /// The first number that is out of its range, or nothing that is judged.
+    pub fn check(&self) -> Result<()> {
         let hours = self.false_alarm_every_h;
         if !(hours > 0.0 && hours.is_finite()) {
-            return Err(Error::new(format!("a false alarm every {hours} h")).allowed("a number above 0"));
+            let what = format!("a false alarm every {} h", typed(hours));
+            return Err(Error::new(what).allowed("a number of hours above 0"));
         }
-        if !(0.5..=0.99).contains(&self.confidence) {
-            return Err(Error::new(format!("confidence is {}", self.confidence)).allowed("0.5 to 0.99"));
+        if !Self::CONFIDENCE.contains(&self.confidence) {
+            return Err(
+                Error::new(format!("confidence is {}", typed(self.confidence))).allowed("0.5 to 0.99")
+            );
         }
-        if !(0.1..=2.0).contains(&self.k) {
-            return Err(Error::new(format!("k is {}", self.k)).allowed("0.1 to 2 sigmas"));
+        if !Self::K.contains(&self.k) {
+            return Err(Error::new(format!("k is {}", typed(self.k))).allowed("0.1 to 2 sigmas"));
         }
-        if !(0.02..=1.0).contains(&self.lambda) {
-            return Err(Error::new(format!("lambda is {}", self.lambda)).allowed("0.02 to 1"));
+        if !Self::LAMBDA.contains(&self.lambda) {
+            return Err(Error::new(format!("lambda is {}", typed(self.lambda))).allowed("0.02 to 1"));
         }
         if let Some(order) = self.effort_memory.filter(|&order| usize::from(order) > Memory::MOST) {
             return Err(Error::new(format!("a memory of {order} windows")).allowed("0 to 3"));

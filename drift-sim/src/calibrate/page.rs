@@ -8,7 +8,7 @@ use super::{Calibration, ChannelFit, Signals};
 use crate::plot::{Colour, Figure, Layer, Marker, Panel};
 use crate::recording::ColumnMap;
 use crate::report::{self, Block, Cloud, Page, Proof, Section};
-use crate::sentences::{self, ends, percent, plain};
+use crate::sentences::{self, ends, plain};
 
 /// Recordings whose signals are drawn.
 const DRAWN: usize = 6;
@@ -172,13 +172,12 @@ impl Calibration {
         if let Some(promise) = &self.file.promise {
             blocks.push(Block::Text(format!(
                 "One false alarm per {} h is one in {} decisions, of all channels and detectors together. A shift of one sigma in \
-                 one channel is found after {} decisions ({} s) on average, {} later than exact knowledge of the healthy loop \
-                 would.",
+                 one channel is found after {} decisions ({} s) on average, {} of the healthy loop.",
                 plain(promise.false_alarm_every_h, 4),
                 plain(promise.decisions, 4),
                 plain(self.cost.delay, 3),
                 plain(self.cost.delay * self.file.timing.hop_s(), 3),
-                percent(100.0 * (self.cost.delay / self.cost.delay_exact - 1.0))
+                sentences::lateness(self.cost.delay / self.cost.delay_exact)
             )));
         }
         Section::new("Thresholds", blocks)

@@ -5,6 +5,7 @@ use drift_core::Detectors;
 
 use super::{ChannelFit, Options, caution, detector, process, thresholds, windows};
 use crate::baseline_file::BaselineFile;
+use crate::sentences::{typed, typed_to};
 use crate::{Error, Result};
 
 /// What the caution costs.
@@ -37,13 +38,14 @@ pub(super) fn set_thresholds(
     if !(5.0..=1e9).contains(&decisions) {
         let hop_h = file.timing.hop_s() / 3600.0;
         return Err(Error::new(format!(
-            "a false alarm every {} h is one in {decisions:.3} decisions",
-            options.false_alarm_every_h
+            "--false-alarm-every {} is one in {} decisions",
+            typed(options.false_alarm_every_h),
+            typed_to(decisions, 3)
         ))
         .allowed(format!(
-            "5 to 1e9 decisions: {:.3e} to {:.3e} h at this hop",
-            5.0 * hop_h,
-            1e9 * hop_h
+            "5 to 1e9 decisions, which are {} to {} h at this hop",
+            typed_to(5.0 * hop_h, 3),
+            typed_to(1e9 * hop_h, 3)
         )));
     }
     let columns: Vec<Vec<f64>> =

@@ -4,6 +4,7 @@
 use super::autocorrelation::batch_time;
 use super::{Options, Signals};
 use crate::baseline_file::{CAPACITY, Timing};
+use crate::sentences::{plain, typed};
 use crate::{Error, Result};
 
 /// Windows are this many correlation times long: neighbours then correlate by about 0.026.
@@ -12,6 +13,8 @@ pub const CORRELATION_TIMES: f64 = 20.0;
 const LEAST_WINDOWS: u64 = 30;
 /// Blocks per window that are preferred at most.
 const BLOCKS: u64 = 16;
+/// The longest window, ticks.
+const MOST_TICKS: f64 = 1e9;
 /// The longest block of the monitor's sums, ticks.
 const LONGEST_BLOCK: u64 = 1 << 16;
 
@@ -50,13 +53,20 @@ pub fn choose(recordings: &[Signals<'_>], options: &Options) -> Result<Choice> {
 fn whole_ticks(name: &str, s: f64, sample_time_s: f64) -> Result<u64> {
     let ticks = s / sample_time_s;
     let whole = ticks.round();
-    if !(s.is_finite() && (1.0..=1e9).contains(&whole)) {
-        return Err(Error::new(format!("{name} {s} s is {ticks} samples")).allowed("1 to 1e9 samples"));
+    if !(s.is_finite() && (1.0..=MOST_TICKS).contains(&whole)) {
+        let most = MOST_TICKS * sample_time_s;
+        let what = format!("--{name} {} is {} samples of {} s", typed(s), typed(ticks), typed(sample_time_s));
+        return Err(Error::new(what).allowed(format!(
+            "1 to {} samples, {} to {} s",
+            typed(MOST_TICKS),
+            typed(sample_time_s),
+            typed(most)
+        )));
     }
     if (ticks - whole).abs() > 1e-6 * whole {
-        let near = format!("{} s", round(whole * sample_time_s));
-        return Err(Error::new(format!("{name} {s} s is {ticks} samples of {sample_time_s} s"))
-            .allowed(format!("a whole number of them, such as {near}")));
+        let what = format!("--{name} {} is {} samples of {} s", typed(s), typed(ticks), typed(sample_time_s));
+        let near = typed(whole * sample_time_s);
+        return Err(Error::new(what).allowed(format!("a whole number of samples, such as --{name} {near}")));
     }
     Ok(whole as u64)
 }
@@ -95,8 +105,8 @@ fn default_window(
     let shorter = if wanted > most { ", as long as leaves 30 windows" } else { "" };
     let reason = format!(
         "window {} s chosen: {times:.0} correlation times of e, u or r ({} s){shorter}",
-        round(window as f64 * sample_time_s),
-        round(correlation * sample_time_s),
+        typed(window as f64 * sample_time_s),
+        plain(correlation * sample_time_s, 3),
     );
     Ok((window, reason))
 }
@@ -129,7 +139,7 @@ fn blocks(window: u64, hop: u64, sample_time_s: f64) -> Result<(u32, u16, u16)> 
         None => {
             let near = nearest(window, hop).map(|(window, hop)| {
                 let (window_s, hop_s) = (window as f64 * sample_time_s, hop as f64 * sample_time_s);
-                format!("such as --window {} --hop {}", round(window_s), round(hop_s))
+                format!("such as --window {} --hop {}", typed(window_s), typed(hop_s))
             });
             let rule = "up to 64 blocks per window of up to 65536 samples, a whole number of them per hop";
             Err(Error::new(format!("a window of {window} and a hop of {hop} samples share no block length"))
@@ -164,11 +174,6 @@ fn nearest(window: u64, hop: u64) -> Option<(u64, u64)> {
 
 fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
-}
-
-/// For people: without the last digits of binary fractions.
-fn round(x: f64) -> f64 {
-    format!("{x:.6e}").parse().unwrap_or(x)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What a design may be asked for: each refusal says what is allowed.
 
 use super::cusum::{LARGEST_ARL0, LARGEST_H, LARGEST_K};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// The slowest drift whose run length is computed, in sigmas a decision.
@@ -14,8 +15,7 @@ fn within(name: &str, value: f64, fine: bool, allowed: impl Into<String>) -> Res
     if fine {
         return Ok(());
     }
-    let value = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
-    Err(Error::new(format!("{name} is {value}")).allowed(allowed))
+    Err(Error::new(format!("{name} is {}", typed(value))).allowed(allowed))
 }
 
 pub(crate) fn k(k: f64) -> Result<()> {

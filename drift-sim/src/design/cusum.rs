@@ -11,6 +11,7 @@
 use super::run_length::RunLength;
 use super::walk::{Chain, Walk};
 use super::{check, root};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// The largest allowance `k` that is computed, in sigmas.
@@ -210,8 +211,12 @@ pub(crate) fn threshold(k: f64, arl0: f64, head_start: f64, arl: impl Fn(f64) ->
     const SMALLEST_H: f64 = 1e-9;
     let least = arl(SMALLEST_H);
     if least >= arl0 {
-        return Err(Error::new(format!("arl0 {arl0} is less than k = {k} gives without any threshold"))
-            .allowed(format!("above {least:.6}, or a smaller k")));
+        return Err(Error::new(format!(
+            "arl0 {} is less than k = {} gives without any threshold",
+            typed(arl0),
+            typed(k)
+        ))
+        .allowed(format!("above {least:.6}, or a smaller k")));
     }
     let mut enough = 1.0;
     while arl(enough) < arl0 {

@@ -14,6 +14,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::cusum::Cusum;
 use super::quadrature;
 use super::{check, cusum, normal, root};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// How well a baseline is known.
@@ -55,7 +56,8 @@ impl EstimatedBaseline {
         if (25.0..=1e7).contains(&windows) && (24.0..=1e7).contains(&degrees_of_freedom) {
             Ok(Self { windows, degrees_of_freedom })
         } else {
-            Err(Error::new(format!("the baseline has {windows} (effective) windows")).allowed("25 to 1e7"))
+            Err(Error::new(format!("the baseline has {} (effective) windows", typed(windows)))
+                .allowed("25 to 1e7"))
         }
     }
 
@@ -92,7 +94,7 @@ impl EstimatedBaseline {
     pub fn arl0_quantile(&self, chart: &Cusum, probability: f64) -> Result<f64> {
         let h = chart.up().h().max(chart.down().h());
         if h > LARGEST_H {
-            return Err(Error::new(format!("h is {h}"))
+            return Err(Error::new(format!("h is {}", typed(h)))
                 .allowed(format!("up to {LARGEST_H} where the baseline is estimated")));
         }
         check::probability("probability", probability)?;
@@ -107,10 +109,12 @@ impl EstimatedBaseline {
     /// can promise anything about a mean that is off; or the threshold would be above 20 sigmas.
     pub fn guaranteed(&self, k: f64, arl0: f64, confidence: f64, head_start: f64) -> Result<Cusum> {
         if !(0.5..=0.9999).contains(&confidence) {
-            return Err(Error::new(format!("confidence is {confidence}")).allowed("0.5 to 0.9999"));
+            return Err(Error::new(format!("confidence is {}", typed(confidence))).allowed("0.5 to 0.9999"));
         }
         if k <= 0.0 {
-            return Err(Error::new(format!("k is {k}")).allowed("above 0 where the baseline is estimated"));
+            return Err(
+                Error::new(format!("k is {}", typed(k))).allowed("above 0 where the baseline is estimated")
+            );
         }
         let certain = Cusum::with_arl0(k, arl0, head_start)?;
         let of = |h: f64| Cusum::new(k, h, head_start);

@@ -8,6 +8,7 @@ use super::normal;
 use super::quadrature::{self, Node};
 use super::root;
 use super::walk::{NODES, censor};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// Widest panel of the quadrature, standard deviations of a step.
@@ -31,12 +32,12 @@ impl Ewma {
     /// A number is out of range.
     pub fn new(lambda: f64, limit: f64) -> Result<Self> {
         if !(0.01..=1.0).contains(&lambda) {
-            return Err(Error::new(format!("lambda is {lambda}")).allowed("0.01 to 1"));
+            return Err(Error::new(format!("lambda is {}", typed(lambda))).allowed("0.01 to 1"));
         }
         let deviations = limit / spread(lambda);
         if !(deviations > 0.0 && deviations <= LARGEST_L) {
             let most = LARGEST_L * spread(lambda);
-            return Err(Error::new(format!("limit is {limit}"))
+            return Err(Error::new(format!("limit is {}", typed(limit)))
                 .allowed(format!("above 0, up to {most:.3} for this lambda")));
         }
         Ok(Self { lambda, limit })
@@ -56,7 +57,9 @@ impl Ewma {
     /// `lambda` or `arl0` is out of range.
     pub fn with_arl0(lambda: f64, arl0: f64) -> Result<Self> {
         if !(arl0 > 1.0 && arl0 <= 1e9) {
-            return Err(Error::new(format!("arl0 is {arl0}")).allowed("above 1, up to 1e9 decisions"));
+            return Err(
+                Error::new(format!("arl0 is {}", typed(arl0))).allowed("above 1, up to 1e9 decisions")
+            );
         }
         Self::with_l(lambda, 1.0)?;
         let l = root::bracketed_to(

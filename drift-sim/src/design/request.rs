@@ -4,6 +4,7 @@
 use serde_json::{Value, json};
 
 use super::{Alternative, Cusum, EstimatedBaseline, Ewma, OneSided, RunLength, Shewhart, Sprt, check_shift};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// Which detector.
@@ -109,7 +110,9 @@ impl Request {
         if let Some(hop_s) = self.hop_s
             && !(hop_s > 0.0 && hop_s.is_finite())
         {
-            return Err(Error::new(format!("hop_s is {hop_s}")).allowed("a number of seconds above 0"));
+            return Err(
+                Error::new(format!("hop_s is {}", typed(hop_s))).allowed("a number of seconds above 0")
+            );
         }
         let design = match self.detector {
             DetectorKind::Cusum => cusum(self)?,
@@ -287,7 +290,7 @@ fn sprt(request: &Request) -> Result<Design> {
     let alternative = Alternative::new(2.0 * k, request.ratio.unwrap_or(1.0))?;
     let beta = request.beta.unwrap_or(0.01);
     if !(beta > 0.0 && beta < 1.0) {
-        return Err(Error::new(format!("beta is {beta}")).allowed("between 0 and 1"));
+        return Err(Error::new(format!("beta is {}", typed(beta))).allowed("between 0 and 1"));
     }
     let lower = beta.ln();
     let sides = if request.one_sided { 1.0 } else { 2.0 };

@@ -2,6 +2,7 @@
 
 use super::run_length::RunLength;
 use super::{check, normal, root};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// The largest limit that is computed, in sigmas.
@@ -23,7 +24,7 @@ impl Shewhart {
         for limit in [upper, lower] {
             let fine = limit > 0.0 && (limit <= LARGEST_LIMIT || limit == f64::INFINITY);
             if !fine || upper.min(lower) == f64::INFINITY {
-                return Err(Error::new(format!("the limit is {limit}"))
+                return Err(Error::new(format!("the limit is {}", typed(limit)))
                     .allowed(format!("above 0, up to {LARGEST_LIMIT} sigmas")));
             }
         }
@@ -45,7 +46,7 @@ impl Shewhart {
     /// As [`Self::with_arl0`]; also where `arl0` is 2 or less, which needs a limit below the mean.
     pub fn one_sided_with_arl0(arl0: f64) -> Result<Self> {
         if arl0 <= 2.0 {
-            return Err(Error::new(format!("arl0 is {arl0}")).allowed("above 2 for one side"));
+            return Err(Error::new(format!("arl0 is {}", typed(arl0))).allowed("above 2 for one side"));
         }
         Ok(Self { upper: limit(1.0 / arl0, arl0)?, lower: f64::INFINITY })
     }

@@ -11,6 +11,7 @@
 //! errs on the careful side, promising fewer decisions than it gives.
 
 use super::cusum;
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// One side's average run length in decisions, z being N(`mean`, 1).
@@ -37,7 +38,7 @@ pub fn omega_squared(rho: f64) -> Result<f64> {
     if rho.abs() < 1.0 {
         Ok((1.0 + rho) / (1.0 - rho))
     } else {
-        Err(Error::new(format!("lag-1 correlation is {rho}")).allowed("between -1 and 1"))
+        Err(Error::new(format!("lag-1 correlation is {}", typed(rho))).allowed("between -1 and 1"))
     }
 }
 
@@ -53,7 +54,7 @@ pub fn autocorrelated_arl0(k: f64, h: f64, omega_squared: f64) -> f64 {
 /// `omega_squared` is not a positive number up to 1000; k or arl0 as [`cusum::Cusum::with_arl0`].
 pub fn autocorrelated_threshold(k: f64, arl0: f64, omega_squared: f64) -> Result<f64> {
     if !(omega_squared > 0.0 && omega_squared <= 1000.0) {
-        return Err(Error::new(format!("Omega^2 is {omega_squared}")).allowed("above 0, up to 1000"));
+        return Err(Error::new(format!("Omega^2 is {}", typed(omega_squared))).allowed("above 0, up to 1000"));
     }
     cusum::threshold(k, arl0, 0.0, |h| autocorrelated_arl0(k, h, omega_squared))
 }

@@ -16,6 +16,7 @@
 use super::quadratic_walk::{QuadraticWalk, Step};
 use super::walk::Walk;
 use super::{check, root};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// What the test looks for: z is N(mean, deviation^2) instead of N(0, 1).
@@ -54,7 +55,9 @@ impl Alternative {
     /// `mean` is not within 0..=10 or `deviation` not within 0.5..=5, or both leave z as it is.
     pub fn new(mean: f64, deviation: f64) -> Result<Self> {
         if !(0.0..=10.0).contains(&mean) {
-            return Err(Error::new(format!("the alternative's mean is {mean}")).allowed("0 to 10 sigmas"));
+            return Err(
+                Error::new(format!("the alternative's mean is {}", typed(mean))).allowed("0 to 10 sigmas")
+            );
         }
         if !(0.5..=5.0).contains(&deviation) {
             let what = format!("the alternative's deviation is {deviation}");
@@ -107,7 +110,7 @@ impl Sprt {
     /// Not `lower < 0 < upper`, or wider than 200 deviations of one increment.
     pub fn new(alternative: Alternative, lower: f64, upper: f64) -> Result<Self> {
         if !(lower < 0.0 && upper > 0.0) {
-            return Err(Error::new(format!("the boundaries are {lower} and {upper}"))
+            return Err(Error::new(format!("the boundaries are {} and {}", typed(lower), typed(upper)))
                 .allowed("one below 0 and one above (larger errors leave no test)"));
         }
         let widest = WIDEST * alternative.increment_deviation();
@@ -153,25 +156,28 @@ impl Sprt {
         check::arl0(arl0)?;
         let widest = WIDEST * alternative.increment_deviation();
         if !(lower < 0.0 && -lower < 0.5 * widest) {
-            return Err(Error::new(format!("the lower boundary is {lower}"))
+            return Err(Error::new(format!("the lower boundary is {}", typed(lower)))
                 .allowed(format!("below 0, down to {:.4} for this alternative", -0.5 * widest)));
         }
         if arl0 > LARGEST_ARL0 {
-            return Err(Error::new(format!("arl0 is {arl0}")).allowed(format!("up to {LARGEST_ARL0:e}")));
+            return Err(
+                Error::new(format!("arl0 is {}", typed(arl0))).allowed(format!("up to {LARGEST_ARL0:e}"))
+            );
         }
         let at = |upper: f64| Self { alternative, lower, upper }.repeated_arl(0.0, 1.0);
         const SMALLEST: f64 = 1e-6;
         let least = at(SMALLEST);
         if least >= arl0 {
             return Err(Error::new(format!(
-                "arl0 {arl0} is less than this test gives without any threshold"
+                "arl0 {} is less than this test gives without any threshold",
+                typed(arl0)
             ))
             .allowed(format!("above {least:.4}")));
         }
         let mut enough = 1.0;
         while at(enough) < arl0 {
             if enough - lower >= widest {
-                return Err(Error::new(format!("arl0 {arl0} needs too wide a test"))
+                return Err(Error::new(format!("arl0 {} needs too wide a test", typed(arl0)))
                     .allowed("a smaller arl0 or a larger shift to look for"));
             }
             enough = f64::min(2.0 * enough, widest + lower);
@@ -181,7 +187,8 @@ impl Sprt {
         if (found.repeated_arl(0.0, 1.0) / arl0 - 1.0).abs() < 1e-3 {
             Ok(found)
         } else {
-            Err(Error::new(format!("no threshold was found for arl0 {arl0}")).allowed("a smaller arl0"))
+            Err(Error::new(format!("no threshold was found for arl0 {}", typed(arl0)))
+                .allowed("a smaller arl0"))
         }
     }
 

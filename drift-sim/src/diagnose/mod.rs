@@ -234,6 +234,28 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// The fit that noise alone leaves; `None` also where the simulated loop comes clearly closer than that, because the estimate then
+    /// explains nothing.
+    pub fn noise_leaves(&self) -> Option<prove::FitPct> {
+        /// Part of the floor's error: an estimate of it is no surer.
+        const CLEARLY: f64 = 0.9;
+        let error = |fit: prove::FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+        let reached = self.reached().map(error);
+        self.noise_floor.filter(|floor| reached.is_none_or(|reached| reached >= CLEARLY * error(*floor)))
+    }
+
+    /// How well the loop fits that is handed back.
+    fn reached(&self) -> Option<prove::FitPct> {
+        let fits = self.unseen_fits();
+        fits.after.or(fits.before).or(fits.nominal)
+    }
+
+    /// Whether the loop that is handed back comes as close to the recording as noise lets it.
+    pub fn leaves_only_noise(&self) -> bool {
+        let of = |fit: prove::FitPct| fit.u_pct.unwrap_or(fit.y_pct);
+        self.noise_floor.zip(self.reached()).is_some_and(|(floor, reached)| of(reached) >= of(floor))
+    }
+
     /// The fits that count: on the hold-out, or, where nothing was held out, on what all was fitted to.
     pub(crate) fn unseen_fits(&self) -> Fits {
         if self.holdout.after.is_some() { self.holdout } else { self.train }

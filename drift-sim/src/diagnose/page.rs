@@ -316,7 +316,7 @@ impl Writing<'_> {
         };
         let mut all = rows("training", &found.train);
         all.extend(rows("unseen", &found.holdout));
-        if let Some(floor) = found.noise_floor {
+        if let Some(floor) = found.noise_leaves() {
             all.push(vec![
                 "unseen".into(),
                 "what noise alone leaves".into(),
@@ -386,18 +386,26 @@ impl Writing<'_> {
             Some(_) => "The second recording, which no number was fitted on.",
             None => "Nothing was fitted on the part after the upright line.",
         };
-        let caption = format!(
-            "{caption} Without it: the model with its own numbers refitted; with it: with what was found. \u{177} is y as simulated."
-        );
+        let lines = if self.differs() {
+            " Without it: the model with its own numbers refitted; with it: with what was found."
+        } else {
+            ""
+        };
+        let caption = format!("{caption}{lines} \u{177} is y as simulated.");
         let mut blocks = vec![Block::Chart(Chart {
             figure: Figure::stacked("", panels),
             caption,
             axis: Some(TIME.into()),
         })];
-        for (name, run) in [("without", &self.runs.before), ("with", &self.runs.after)] {
+        let runs: &[(&str, &Option<Trace>)] = if self.differs() {
+            &[(" without what was found", &self.runs.before), (" with what was found", &self.runs.after)]
+        } else {
+            &[("", &self.runs.after)]
+        };
+        for (which, run) in runs {
             if run.is_none() {
                 blocks.push(Block::Note(format!(
-                    "The model {name} what was found can't be drawn: it diverges over this recording."
+                    "The model{which} can't be drawn: it diverges over this recording."
                 )));
             }
         }
@@ -449,7 +457,7 @@ impl Writing<'_> {
         let train = &first.signals;
         let label = named("missing drive", &self.units.drive);
         let line = |name: &str, colour, x: &[f64]| first.line(name, colour, x);
-        let left = self.found.drive_left.as_ref();
+        let left = self.found.drive_left.as_ref().filter(|_| self.differs());
         let mut layers = vec![estimate(&first.clock, train, missing)];
         layers.push(line("missing", Colour::Grey, &missing.value));
         if let Some(left) = left {
@@ -476,8 +484,13 @@ impl Writing<'_> {
         let over_time = Chart {
             figure: Figure::stacked("", vec![time]),
             caption: format!(
-                "What the recorded motion needed beyond what the refitted model applied, what is explained of it by what was \
-                 found, and what is left. The estimate itself scatters by {} (one standard deviation).",
+                "What the recorded motion needed beyond what the refitted model applied{}. The estimate itself scatters by {} \
+                 (one standard deviation).",
+                if left.is_some() {
+                    ", what is explained of it by what was found, and what is left"
+                } else {
+                    ""
+                },
                 with_unit(plain(missing.deviation, 2), &self.units.drive)
             ),
             axis: Some(axis.into()),
@@ -503,9 +516,11 @@ impl Writing<'_> {
             .filter(|(names, _, _)| !any || is_on(names))
             .map(|(_, values, label)| cloud.against(values, label))
             .collect();
-        let mut caption = "Grey: the missing drive, sample by sample. Blue: the mean of what the found physics explains of it, \
-                           with the band that holds 95 % of the samples around it."
-            .to_owned();
+        let mut caption = "Grey: the missing drive, sample by sample.".to_owned();
+        if left.is_some() {
+            caption += " Blue: the mean of what the found physics explains of it, with the band that holds 95 % of the samples \
+                        around it.";
+        }
         let every = cloud.every();
         if every > 1 {
             caption += &format!(" One sample in {every} is drawn.");

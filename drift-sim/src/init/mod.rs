@@ -16,8 +16,9 @@ use crate::estimate::law_replay::{TOLERANCE, replay};
 use crate::estimate::signals::{Signals, deviation};
 use crate::plant::Plant;
 use crate::recording::Recording;
-use crate::sentences::measured;
+use crate::sentences::{measured, plain};
 use crate::stage;
+use crate::terminal::Terminal;
 use crate::{Error, Result};
 
 /// Part of y's variance below which a plant's simulation explains little.
@@ -47,8 +48,8 @@ impl Proposal {
     }
 
     /// The reasons for people.
-    pub fn screen(&self) -> String {
-        text::screen(self)
+    pub fn screen(&self, terminal: &Terminal) -> String {
+        text::screen(self, terminal)
     }
 }
 
@@ -64,7 +65,7 @@ pub fn propose(recording: &Recording) -> Result<Proposal> {
             "Proposed by `drift init` from {}: {} samples, {} s.",
             file_name(&recording.name),
             recording.len(),
-            round(recording.duration_s())
+            plain(recording.duration_s(), 6)
         )],
         about_controller: Vec::new(),
         about_plant: Vec::new(),
@@ -129,7 +130,8 @@ impl Proposal {
                 "every time stamp on this grid".into()
             }
             None if quality.time_resolution_s > 0.0 => {
-                format!("every time stamp within {:.2e} s of this grid", quality.time_deviation_max_s)
+                let most_s = plain(quality.time_deviation_max_s, 3);
+                format!("every time stamp within {most_s} s of this grid")
             }
             None => "as given: there are no time stamps".into(),
         };
@@ -189,7 +191,7 @@ impl Proposal {
                     about.push(if *half_width < 1e-6 * value.abs() {
                         format!("{name}: exact to its six digits")
                     } else {
-                        format!("{name}: +- {half_width:.1e} (95 %)")
+                        format!("{name}: {} (95 %)", measured(*value, *half_width, ""))
                     });
                 }
                 let limits = found.controller.limits();
@@ -251,7 +253,7 @@ impl Proposal {
             });
         }
         for (form, lost) in found.others.iter().filter(|(_, lost)| *lost < AS_WELL) {
-            about.push(format!("Fits as well: {form} ({} less in log-likelihood).", three_digits(*lost)));
+            about.push(format!("Fits as well: {form} ({} less in log-likelihood).", plain(*lost, 3)));
         }
         if !found.model.physics.is_empty() {
             about.push(
@@ -279,7 +281,7 @@ fn file_name(path: &str) -> String {
 }
 
 fn percent(share: f64) -> String {
-    if share.abs() < 1e-5 { "less than 0.001 %".into() } else { format!("{} %", three_digits(100.0 * share)) }
+    if share.abs() < 1e-5 { "less than 0.001 %".into() } else { format!("{} %", plain(100.0 * share, 3)) }
 }
 
 fn largest(x: &[f64]) -> f64 {
@@ -289,8 +291,4 @@ fn largest(x: &[f64]) -> f64 {
 /// Six digits: more than any fit is worth, and short to read.
 fn round(x: f64) -> f64 {
     format!("{x:.5e}").parse().unwrap_or(x)
-}
-
-fn three_digits(x: f64) -> f64 {
-    format!("{x:.2e}").parse().unwrap_or(x)
 }

@@ -1,6 +1,12 @@
 //! A proposal as a loop file with comments, and as lines on a terminal.
 
 use super::Proposal;
+use crate::plot::terminal::Signs;
+use crate::sentences::typed;
+use crate::terminal::Terminal;
+
+/// Comments of the file are as wide as a terminal: an editor shows them whole.
+const COMMENT: Terminal = Terminal { width: 78, colour: false, signs: Signs::Blocks };
 
 pub(super) fn toml(proposal: &Proposal) -> String {
     let mut text = String::new();
@@ -11,7 +17,9 @@ pub(super) fn toml(proposal: &Proposal) -> String {
             "[plant]" => proposal.about_plant.as_slice(),
             _ => &[],
         };
-        about.iter().for_each(|reason| text += &format!("# {}\n", one_line(reason)));
+        for reason in about {
+            COMMENT.paragraph(&one_line(reason)).lines().for_each(|line| text += &format!("# {line}\n"));
+        }
         text += line;
         text.push('\n');
     }
@@ -23,16 +31,16 @@ fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-pub(super) fn screen(proposal: &Proposal) -> String {
+pub(super) fn screen(proposal: &Proposal, terminal: &Terminal) -> String {
     let mut text = String::new();
     let parts = [
-        ("loop", format!("{} s", proposal.model.sample_time_s), &proposal.about_loop),
+        ("loop", format!("{} s", typed(proposal.model.sample_time_s)), &proposal.about_loop),
         ("controller", proposal.model.controller.kind().to_owned(), &proposal.about_controller),
         ("plant", proposal.model.plant.kind().to_owned(), &proposal.about_plant),
     ];
     for (name, value, about) in parts {
         text += &format!("{name}: {value}\n");
-        about.iter().for_each(|reason| text += &format!("  {}\n", one_line(reason)));
+        about.iter().for_each(|reason| text += &terminal.wrapped("  ", &one_line(reason)));
     }
     text
 }

@@ -4,10 +4,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::section::{Section, line_of};
-use crate::control_loop::{Enters, Input, Loop, Sensor};
+use crate::control_loop::{Enters, Input, Loop, SAMPLE_TIMES_S, Sensor};
 use crate::controller::{Controller, Limits, PVelocity, Pi, Pid, VelocityRule};
 use crate::physics::{Kind, Range, Term, Units};
 use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, Tank, TransferFunction};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 const SECTIONS: [&str; 7] = ["loop", "units", "controller", "plant", "sensor", "inputs", "physics"];
@@ -80,7 +81,17 @@ fn list<'a>(text: &'a str, root: &'a DeTable<'a>, name: &'static str) -> Result<
 
 fn sample_time(section: &Section) -> Result<f64> {
     section.only(&["sample_time_s"])?;
-    section.number("sample_time_s", Range::Positive)
+    let sample_time_s = section.number("sample_time_s", Range::Positive)?;
+    if SAMPLE_TIMES_S.contains(&sample_time_s) {
+        return Ok(sample_time_s);
+    }
+    let what = format!("sample_time_s is {}", typed(sample_time_s));
+    let allowed = format!(
+        "sample_time_s must be from {} to {} s",
+        typed(*SAMPLE_TIMES_S.start()),
+        typed(*SAMPLE_TIMES_S.end())
+    );
+    Err(section.refuse("sample_time_s", what, allowed))
 }
 
 fn read_units(section: &Section) -> Result<Units> {
@@ -155,8 +166,8 @@ fn read_limits(section: &Section) -> Result<Limits> {
     if limits.u_min < limits.u_max {
         return Ok(limits);
     }
-    let what = format!("u_min = {} is not below u_max = {}", limits.u_min, limits.u_max);
-    Err(section.refuse("u_min", what, "u_min < u_max"))
+    let what = format!("u_min = {} is not below u_max = {}", typed(limits.u_min), typed(limits.u_max));
+    Err(section.refuse("u_min", what, "u_min must be below u_max"))
 }
 
 fn read_plant(section: &Section) -> Result<Plant> {

@@ -3,11 +3,10 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::control_loop::LARGEST;
 use crate::physics::Range;
+use crate::sentences::typed;
 use crate::{Error, Result};
-
-/// A number beyond this is a mistake in the unit or the exponent: products of a few of them are no numbers any more.
-const LARGEST: f64 = 1e100;
 
 /// The line (from 1) of a byte offset.
 pub(super) fn line_of(text: &str, offset: usize) -> u64 {
@@ -75,7 +74,7 @@ impl<'a> Section<'a> {
         match number(value.get_ref()) {
             Some(number) if range.allows(number) && number.is_finite() && number.abs() > LARGEST => {
                 let what = format!("{key} is {}", described(value.get_ref()));
-                Err(self.refuse(key, what, format!("{key} must be within +-1e100")))
+                Err(self.refuse(key, what, format!("{key} must be within +-{}", typed(LARGEST))))
             }
             Some(number) if range.allows(number) => Ok(Some(number)),
             _ => Err(self.wrong(key, value.get_ref(), &range.says())),

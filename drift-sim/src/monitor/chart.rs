@@ -274,7 +274,7 @@ impl Chart {
                 Colour::Purple,
                 scaled(&chart.z, &clock),
             )];
-            layers.extend(shewhart_limits(&chart.channel, "Shewhart limits"));
+            layers.extend(shewhart_limits(&chart.channel, "limits of one window"));
             let courses = summary.events.iter().flat_map(|e| &e.courses).filter(|c| c.kind == kind);
             layers.extend(courses.map(|c| {
                 shade(c.outcome, clock.axis(c.from_s), clock.axis(c.to_s.unwrap_or(end_s)), String::new())

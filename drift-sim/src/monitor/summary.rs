@@ -6,6 +6,7 @@ use super::detectable::Detectable;
 use super::events::{Event, EventKind, Events};
 use super::pinned::Pinned;
 use super::run::Hop;
+use crate::physics::Units;
 use crate::recording::Quality;
 use crate::sentences::Clock;
 
@@ -97,6 +98,8 @@ pub struct Summary {
     pub hop_s: f64,
     /// The date at t = 0, where the recording has dates: seconds since 1970 as written.
     pub zero_s: Option<f64>,
+    /// The units of r, y and u, where somebody knows them.
+    pub units: Units,
     /// What was found while reading.
     pub quality: Quality,
     /// Decisions, with or without enough valid samples.
@@ -236,6 +239,7 @@ impl Tally {
             window_s: f64::from(self.window_ticks) * sample_time_s,
             hop_s: f64::from(self.hop_ticks) * sample_time_s,
             zero_s: None,
+            units: Units::default(),
             quality,
             hops: self.hops,
             valid_hops: self.valid_hops,

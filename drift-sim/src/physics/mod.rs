@@ -58,6 +58,7 @@ pub use stiction::stem;
 pub use units::{UnitNames, Units, digits, shown, significant, with_unit};
 
 use crate::plant::Plant;
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 /// All kinds, in the order in which lists and messages name them.
@@ -313,20 +314,34 @@ impl Term {
         }
         for (parameter, value) in kind.parameters.iter().zip(&self.parameters) {
             if !parameter.range.allows(*value) {
-                return Err(Error::new(format!("{}: {} = {value} is impossible", kind.name, parameter.name))
-                    .allowed(format!("{} must be {}", parameter.name, parameter.range.says())));
+                return Err(Error::new(format!(
+                    "{}: {} = {} is impossible",
+                    kind.name,
+                    parameter.name,
+                    typed(*value)
+                ))
+                .allowed(format!("{} must be {}", parameter.name, parameter.range.says())));
             }
         }
         (kind.consistent)(&self.parameters).map_err(|why| Error::new(format!("{}: {why}", kind.name)))?;
         if !(self.onset_s >= 0.0 && self.onset_s.is_finite()) {
-            return Err(Error::new(format!("{}: onset_s = {} is impossible", kind.name, self.onset_s))
-                .allowed(format!("onset_s must be {}", Range::NotNegative.says())));
+            return Err(Error::new(format!(
+                "{}: onset_s = {} is impossible",
+                kind.name,
+                typed(self.onset_s)
+            ))
+            .allowed(format!("onset_s must be {}", Range::NotNegative.says())));
         }
         if let Some((from, to)) =
             self.spans.iter().find(|(from, to)| !(*from >= 0.0 && to > from && to.is_finite()))
         {
-            return Err(Error::new(format!("{}: the span [{from}, {to}] is impossible", kind.name))
-                .allowed("0 <= from < to, in seconds"));
+            return Err(Error::new(format!(
+                "{}: the span [{}, {}] is impossible",
+                kind.name,
+                typed(*from),
+                typed(*to)
+            ))
+            .allowed("0 <= from < to, in seconds"));
         }
         Ok(())
     }

@@ -26,6 +26,7 @@ use crate::diagnose::cause::Cause;
 use crate::estimate::signals::{LEAST_SAMPLES, Signals, range};
 use crate::likelihood_search::options::Options;
 use crate::plant::Plant;
+use crate::sentences::{typed, typed_to};
 use crate::simulate::samples;
 use crate::stage;
 use crate::{Error, Result};
@@ -189,7 +190,7 @@ impl Request {
         if lengths.is_empty() {
             let least = WEIGHT * since as f64 / (1.0 - 0.5 * WEIGHT) * ts;
             return Err(Error::new("the experiment is too short beside the time since the cause began")
-                .allowed(format!("--duration of at least {least:.0} s")));
+                .allowed(format!("--duration of at least {}", typed(least.ceil()))));
         }
         Ok(lengths)
     }
@@ -229,15 +230,17 @@ impl Request {
                     )
                     .allowed("--r-min and --r-max")
                 } else {
-                    Error::new(format!("r from {low} to {high} leaves no room"))
+                    Error::new(format!("r from {} to {} leaves no room", typed(low), typed(high)))
                         .allowed("--r-min below --r-max")
                 },
             );
         }
         if !(low..=high).contains(&recorded.r) {
             return Err(Error::new(format!(
-                "r is at {} now, outside --r-min {low} and --r-max {high}",
-                recorded.r
+                "r is at {} now, outside --r-min {} and --r-max {}",
+                typed(recorded.r),
+                typed(low),
+                typed(high)
             ))
             .allowed("limits around the present r, from which the experiment begins"));
         }
@@ -249,9 +252,10 @@ impl Request {
         if most_change * longest < high - low {
             let least = SLOWEST * (high - low) / (longest * self.stated.sample_time_s);
             return Err(Error::new(format!(
-                "at {rate} a second r does not cross its range within the experiment"
+                "at {} a second r does not cross its range within the experiment",
+                typed(rate)
             ))
-            .allowed(format!("--r-rate of at least {least:.3e}, or a longer --duration")));
+            .allowed(format!("--r-rate of at least {}, or a longer --duration", typed_to(least, 3))));
         }
         Ok(Room { from: recorded.r, low, high, most_change })
     }
@@ -260,12 +264,18 @@ impl Request {
         let seconds = self.limits.longest_s.unwrap_or(self.open.recorded.duration_s);
         let longest = samples(seconds, self.stated.sample_time_s)?;
         if longest < LEAST {
-            return Err(Error::new(format!("an experiment of {seconds} s has {longest} samples"))
-                .allowed(format!("--duration of at least {} s", LEAST as f64 * self.stated.sample_time_s)));
+            return Err(Error::new(format!("an experiment of {} s has {longest} samples", typed(seconds)))
+                .allowed(format!(
+                    "--duration of at least {}",
+                    typed(LEAST as f64 * self.stated.sample_time_s)
+                )));
         }
         if longest > MOST && self.limits.longest_s.is_some() {
-            return Err(Error::new(format!("an experiment of {seconds} s has {longest} samples"))
-                .allowed(format!("--duration of at most {} s", MOST as f64 * self.stated.sample_time_s)));
+            return Err(Error::new(format!("an experiment of {} s has {longest} samples", typed(seconds)))
+                .allowed(format!(
+                    "--duration of at most {}",
+                    typed(MOST as f64 * self.stated.sample_time_s)
+                )));
         }
         Ok(longest.min(MOST))
     }

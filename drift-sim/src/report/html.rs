@@ -285,7 +285,7 @@ fn unbroken(text: &str) -> String {
 /// A status as a shape of its own.
 fn shape(status: Status) -> String {
     let drawn = match status {
-        Status::Healthy | Status::ToldApart => {
+        Status::Healthy | Status::ToldApart | Status::Learnt => {
             "<circle cx=\"8\" cy=\"8\" r=\"8\"/><path d=\"M4 8.3l3 3 5-6\"/>"
         }
         Status::Suspect => "<path class=\"f\" d=\"M8 0l8 15H0z\"/><path d=\"M8 5v5M8 12.2v.6\"/>",

@@ -19,6 +19,8 @@ pub enum Status {
     ToldApart,
     /// Some of what was asked for comes out, not all.
     InPart,
+    /// A baseline was learnt: no verdict on the loop, whose health is taken for granted.
+    Learnt,
 }
 
 impl Status {
@@ -32,6 +34,7 @@ impl Status {
             Self::CantTell => "Can't tell",
             Self::ToldApart => "Told apart",
             Self::InPart => "In part",
+            Self::Learnt => "Learnt",
         }
     }
 
@@ -45,6 +48,7 @@ impl Status {
             Self::CantTell => "cant_tell",
             Self::ToldApart => "told_apart",
             Self::InPart => "in_part",
+            Self::Learnt => "learnt",
         }
     }
 }

@@ -19,9 +19,9 @@ pub fn calibration(of: &Calibration) -> Answer {
     let (status, sentence) = match channels.as_slice() {
         [] => (Status::CantTell, "No channel could be learnt from these recordings.".to_owned()),
         [most @ .., last] if !most.is_empty() => {
-            (Status::Healthy, known(&format!("{} and {last}", most.join(", "))))
+            (Status::Learnt, known(&format!("{} and {last}", most.join(", "))))
         }
-        [one, ..] => (Status::Healthy, known(one)),
+        [one, ..] => (Status::Learnt, known(one)),
     };
     let asked: Vec<&String> = of.warnings.iter().filter(|warning| asks_for_action(warning)).collect();
     let also = match asked.as_slice() {
@@ -38,10 +38,9 @@ pub fn calibration(of: &Calibration) -> Answer {
                 plain(100.0 * promise.confidence, 3)
             ),
         ));
-        let late = 100.0 * (of.cost.delay / of.cost.delay_exact - 1.0);
         numbers.push(KeyNumber::new(
             hours(of.cost.delay * timing.hop_s() / 3600.0),
-            format!("to find a shift of 1 sigma, {} later than with exact knowledge", percent(late)),
+            format!("to find a shift of 1 sigma, {}", lateness(of.cost.delay / of.cost.delay_exact)),
         ));
     }
     Answer { status, sentence, also, numbers }
@@ -56,6 +55,16 @@ fn warnings(count: usize) -> String {
     if count == 1 { "1 more warning stands".into() } else { format!("{count} more warnings stand") }
 }
 
+/// How much longer a shift takes to be found than with exact knowledge of the healthy loop: in per cent, or how many times from
+/// twice as long on.
+pub fn lateness(times_as_long: f64) -> String {
+    if times_as_long < 2.0 {
+        format!("{} later than with exact knowledge", percent(100.0 * (times_as_long - 1.0)))
+    } else {
+        format!("{} times as long as with exact knowledge", plain(times_as_long, 2))
+    }
+}
+
 /// A time of so many hours as a person says it.
 fn hours(hours: f64) -> String {
     match hours {
@@ -63,5 +72,16 @@ fn hours(hours: f64) -> String {
         h if h >= 2.0 => format!("{} h", plain(h, 3)),
         h if h >= 2.0 / 60.0 => format!("{} min", plain(60.0 * h, 3)),
         h => format!("{} s", plain(3600.0 * h, 3)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lateness;
+
+    #[test]
+    fn what_takes_several_times_as_long_is_told_in_times() {
+        assert_eq!(lateness(1.26), "26 % later than with exact knowledge");
+        assert_eq!(lateness(4.81), "4.8 times as long as with exact knowledge");
     }
 }

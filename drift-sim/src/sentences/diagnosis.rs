@@ -36,6 +36,11 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
             let way = if number(0) < 0.0 { "shrinks" } else { "grows" };
             format!("A load {way} by {}.", slow(0, &units.unit("{drive}/s")))
         }
+        // A jump that may be nothing by its interval is none.
+        "stiction" if number(1).abs() <= widths(1) => {
+            let band = with_unit(value(number(0), widths(0)), &units.u);
+            format!("The valve sticks until u is {band} away from it, and then follows.")
+        }
         "load_step" if number(0) < 0.0 => {
             let size = with_unit(value(-number(0), widths(0)), &units.drive);
             format!("A load of {size} adds to the drive; the model has none.")
@@ -323,11 +328,11 @@ impl Telling<'_> {
         let before = if self.refits() { fits.nominal } else { fits.before.or(fits.nominal) };
         let (before, after) = (before.map(of), fits.after.map(of));
         let name = if self.known_law() { "u" } else { "y" };
-        let noise = self
-            .found
-            .noise_floor
-            .map(of)
-            .map_or(String::new(), |floor| format!("; noise alone leaves {}", fit(floor)));
+        let noise = match self.found.noise_leaves().map(of) {
+            _ if self.found.leaves_only_noise() => "; only noise is left".into(),
+            Some(floor) => format!("; noise alone leaves {}", fit(floor)),
+            None => String::new(),
+        };
         let label = format!("fit of {name} on {on}{noise}");
         Some(match (before, after) {
             (Some(a), Some(b)) if fit(a) != fit(b) => {

@@ -2,7 +2,7 @@
 //! the same everywhere.
 //!
 //! [`Answer`] is what the first screen shows: a status, a sentence, three numbers. [`Clock`] tells times as the recording
-//! does. `quantity` rounds numbers to what their interval carries.
+//! does. `quantity` rounds numbers to what their interval carries, and [`typed`] writes those that messages quote.
 
 mod answer;
 mod calibration;
@@ -11,9 +11,10 @@ mod diagnosis;
 mod monitoring;
 mod planning;
 mod quantity;
+mod typed;
 
 pub use answer::{Answer, KeyNumber, Status};
-pub use calibration::{asks_for_action, calibration};
+pub use calibration::{asks_for_action, calibration, lateness};
 pub use clock::Clock;
 pub use diagnosis::{diagnosis, may_be_nothing, of_term, parameter, says, sizes};
 pub use monitoring::{monitoring, pinned, side_name};
@@ -23,3 +24,4 @@ pub use quantity::{
     ends, fit, line, measured, number_name, percent, plain, rate, rounded, sigmas, simple_unit, value,
     with_unit,
 };
+pub use typed::{typed, typed_to};

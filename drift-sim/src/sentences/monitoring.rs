@@ -2,9 +2,10 @@
 
 use drift_core::Side;
 
-use super::quantity::{plain, sigmas};
+use super::quantity::{plain, sigmas, with_unit};
 use super::{Answer, Clock, KeyNumber, Status};
 use crate::monitor::{Course, Event, EventKind, PROBABILITY, Summary};
+use crate::physics::Units;
 
 /// The answer.
 pub fn monitoring(summary: &Summary, clock: &Clock) -> Answer {
@@ -102,9 +103,9 @@ pub fn pinned(summary: &Summary, clock: &Clock) -> Option<String> {
     summary.pinned.map(|p| {
         format!(
             "u stands at its limit of {}, {}, and the error does not vanish: {} on average.",
-            plain(p.limit, 4),
+            of_u(plain(p.limit, 4), &summary.units),
             clock.span(p.from_s, p.to_s),
-            plain(p.mean_e, 3)
+            of_y(plain(p.mean_e, 3), &summary.units)
         )
     })
 }
@@ -116,11 +117,12 @@ fn unseen(summary: &Summary) -> Option<String> {
     Some(match effort.detectable {
         None => format!("With {} windows no lasting shift of u would have shown.", effort.judged),
         Some(detectable) => {
-            let of_y =
-                detectable.y.map_or_else(String::new, |y| format!(", or of y by less than {},", plain(y, 2)));
+            let or_y = detectable.y.map_or_else(String::new, |y| {
+                format!(", or of y by less than {},", of_y(plain(y, 2), &summary.units))
+            });
             format!(
-                "A lasting shift of u by less than {}{of_y} may hide in these {} windows (it would show with {percent} %).",
-                plain(detectable.value, 2),
+                "A lasting shift of u by less than {}{or_y} may hide in these {} windows (it would show with {percent} %).",
+                of_u(plain(detectable.value, 2), &summary.units),
                 effort.judged
             )
         }
@@ -145,7 +147,7 @@ fn numbers(summary: &Summary, event: Option<&Event>, clock: &Clock) -> Vec<KeyNu
         numbers.push(KeyNumber::new(alarms.to_string(), "windows with an alarm"));
         return numbers;
     };
-    let size = effort_change(course).map_or_else(
+    let size = effort_change(course, &summary.units).map_or_else(
         || {
             KeyNumber::new(
                 sigmas(course.max_z.into()),
@@ -168,15 +170,25 @@ fn short_time(clock: &Clock, t_s: f64) -> String {
 }
 
 /// How far the refitted line has moved, in units of the channel's own value.
-fn effort_change(course: &Course) -> Option<(String, String)> {
+fn effort_change(course: &Course, units: &Units) -> Option<(String, String)> {
     let curve = course.fault_curve?;
     let what = course.kind.meaning().change_of_u?;
     // In a relation with memory the residual is not u itself.
     let shift = f64::from(curve.shift / course.visible);
     shift.is_finite().then(|| {
         let sign = if shift > 0.0 { "+" } else { "" };
-        (format!("{sign}{}", plain(shift, 2)), what.to_owned())
+        (of_u(format!("{sign}{}", plain(shift, 2)), units), what.to_owned())
     })
+}
+
+/// A number of u with its unit, where that is known.
+fn of_u(number: String, units: &Units) -> String {
+    with_unit(number, units.u.as_deref().unwrap_or_default())
+}
+
+/// The same of y.
+fn of_y(number: String, units: &Units) -> String {
+    with_unit(number, units.y.as_deref().unwrap_or_default())
 }
 
 /// The word for a side.

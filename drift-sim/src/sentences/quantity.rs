@@ -130,11 +130,15 @@ pub fn value(value: f64, half_width: f64) -> String {
     }
 }
 
-/// `20.8 ± 0.4 N`: the same with its half width and unit; the value alone where the interval is not known or too narrow to matter.
+/// `20.8 ± 0.4 N`: the same with its half width and unit; the value alone where the interval is not known or too narrow to matter, and
+/// `within 0.4 N of 0` where nothing of the value is left.
 pub fn measured(of: f64, half_width: f64, unit: &str) -> String {
     let size = of.abs().max(half_width.abs());
     if !(half_width.is_finite() && half_width > MATTERS * of.abs() && of.is_finite()) {
         return with_unit(value(of, half_width), unit);
+    }
+    if rounded_to(of, decimals_of(half_width)) == 0.0 {
+        return format!("within {} of 0", with_unit(value(half_width, half_width), unit));
     }
     let exponent = if (SMALL..LARGE).contains(&size) { 0 } else { magnitude(size) };
     let scale = libm::pow(10.0, f64::from(-exponent));
@@ -143,8 +147,7 @@ pub fn measured(of: f64, half_width: f64, unit: &str) -> String {
     let decimals = decimals_of(half_width);
     let fixed = |x: f64| {
         let x = rounded_to(x, decimals);
-        let text =
-            format!("{:.places$}", if x == 0.0 { 0.0 } else { x }, places = decimals.clamp(0, 12) as usize);
+        let text = format!("{x:.places$}", places = decimals.clamp(0, 12) as usize);
         if x.abs() < 1e4 { text } else { grouped(&text) }
     };
     let text = format!("{} \u{b1} {}", fixed(of), fixed(half_width));
@@ -258,7 +261,8 @@ mod tests {
         assert_eq!(measured(163.26, 10.2, "N/(m/s)"), "163 \u{b1} 10 N s/m");
         assert_eq!(measured(1150.238, 0.0172, ""), "1150.238 \u{b1} 0.017");
         assert_eq!(measured(0.1000, f64::NAN, "1"), "0.1");
-        assert_eq!(measured(-0.0317, 0.4, "N"), "0.0 \u{b1} 0.4 N");
+        assert_eq!(measured(-0.0317, 0.4, "N"), "within 0.4 N of 0");
+        assert_eq!(measured(0.0, 23.0, "1"), "within 23 of 0");
         assert_eq!(measured(0.8, 2e-5, ""), "0.800000 \u{b1} 0.000020");
         assert_eq!(measured(1.2341e-9, 2.5e-11, "N"), "(1.234 \u{b1} 0.025)\u{d7}10\u{207b}\u{2079} N");
         assert_eq!(value(12_345_678.0, 1e5), "1.235\u{d7}10\u{2077}");

@@ -3,6 +3,7 @@
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::recording::{MEMORY_LIMIT_BYTES, Recording, SAMPLE_BYTES};
+use crate::sentences::typed;
 use crate::{Error, Result};
 
 use super::{Start, Trace, replay, simulate};
@@ -27,10 +28,17 @@ pub fn samples_within(duration_s: f64, sample_time_s: f64, limit_bytes: u64) -> 
     let most = (limit_bytes / SAMPLE_BYTES) as f64;
     if samples > most {
         let allowed = format!(
-            "--duration up to {:e} s at this sample time, which is {most} samples; or a larger --memory-limit",
-            most * sample_time_s
+            "--duration up to {} at this sample time, which is {} samples; or a larger --memory-limit",
+            typed(most * sample_time_s),
+            typed(most)
         );
-        return Err(Error::new(format!("--duration {duration_s:e} is {samples:e} samples")).allowed(allowed));
+        let what = format!(
+            "--duration {} is {} samples of {} s",
+            typed(duration_s),
+            typed(samples),
+            typed(sample_time_s)
+        );
+        return Err(Error::new(what).allowed(allowed));
     }
     Ok(samples as usize)
 }
@@ -98,7 +106,7 @@ impl Driving {
         for (name, column) in own.into_iter().chain(self.inputs.iter().map(|column| ("an input", column))) {
             if let Some(n) = column.iter().position(|value| !value.is_finite()) {
                 let t = n as f64 * sample_time_s;
-                return Err(Error::new(format!("{name} is missing {t} s from the start"))
+                return Err(Error::new(format!("{name} is missing {} s from the start", typed(t)))
                     .allowed("a recording without gaps in r, y, u and the loop's inputs"));
             }
         }

@@ -40,6 +40,7 @@ use crate::control_loop::{Enters, Loop};
 use crate::controller::{Controller, Law};
 use crate::physics::Numbers;
 use crate::plant::Plant;
+use crate::sentences::typed;
 use crate::{Error, Result};
 use body::{Body, Sample};
 use delay_line::DelayLine;
@@ -130,9 +131,8 @@ impl Simulation {
     pub fn with_substeps(model: &Loop, seed: u64, substeps: usize) -> Result<Self> {
         model.check()?;
         if !(model.sample_time_s > 0.0 && model.sample_time_s.is_finite()) {
-            return Err(
-                Error::new(format!("sample_time_s = {}", model.sample_time_s)).allowed("a finite number > 0")
-            );
+            return Err(Error::new(format!("sample_time_s = {}", typed(model.sample_time_s)))
+                .allowed("a finite number > 0"));
         }
         model.plant.linear()?;
         let mut terms = Terms::new(model, seed, model.sample_time_s / substeps.max(1) as f64);
@@ -325,10 +325,13 @@ fn changes(model: &Loop, terms: &Terms, substeps: usize) -> Result<Vec<Change>> 
         let numbers = terms.numbers(tick, nominal(model));
         let (whole, part) = delay_line::split(numbers.delay_s, model.sample_time_s);
         if whole > LONGEST_DELAY {
-            return Err(Error::new(format!("a dead time of {} s", numbers.delay_s)).allowed(format!(
-                "at most {LONGEST_DELAY} samples, {} s",
-                LONGEST_DELAY * model.sample_time_s
-            )));
+            return Err(Error::new(format!("the dead time is {} s", typed(numbers.delay_s))).allowed(
+                format!(
+                    "up to {} s, which are {} samples, are allowed",
+                    typed(LONGEST_DELAY * model.sample_time_s),
+                    typed(LONGEST_DELAY)
+                ),
+            ));
         }
         let body = Body::new(model, terms, &numbers, part, substeps)?;
         let Numbers { law_ratio, sensor_noise, .. } = numbers;
@@ -455,7 +458,7 @@ fn run(
 
 /// The error for a run whose numbers are no longer finite.
 pub fn diverged(t: f64) -> Error {
-    Error::new(format!("the loop diverges: not finite at t = {t} s"))
+    Error::new(format!("the loop diverges: not finite at t = {} s", typed(t)))
         .allowed("a stable loop: check gains, their signs, dead time and sample time")
 }
 

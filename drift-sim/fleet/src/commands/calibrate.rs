@@ -56,7 +56,7 @@ pub async fn run(arguments: &Arguments) -> Result<ExitCode> {
     let request = Request { options, most_samples: arguments.most_samples as usize };
     session.register_udaf(AggregateUDF::from(DriftBaseline::new(request)));
     std::fs::create_dir_all(&arguments.output)
-        .map_err(|e| Error::new(format!("can't be made: {e}")).in_file(&arguments.output))?;
+        .map_err(|e| Error::of_file("can't be made", &e).in_file(&arguments.output))?;
     let further = found.further_arguments();
     let sql = format!("SELECT loop, {NAME}(loop, t, r, y, u{further} ORDER BY t) FROM samples GROUP BY loop");
     let query = session.sql(&sql).await.map_err(|e| from_engine(&e))?;

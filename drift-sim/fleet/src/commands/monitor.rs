@@ -108,7 +108,7 @@ impl Arguments {
         let found = self.reading.source().register(session).await?;
         // The query stands in pages and plans, where a path that depends on the folder says little.
         let baselines = std::path::absolute(&self.baselines)
-            .map_err(|e| Error::new(format!("can't be read: {e}")).in_file(&self.baselines))?;
+            .map_err(|e| Error::of_file("can't be read", &e).in_file(&self.baselines))?;
         if !baselines.is_dir() {
             return Err(Error::new("no folder of baselines")
                 .allowed("the folder of `drift fleet calibrate`")

@@ -118,7 +118,7 @@ async fn diagnose(
         loops.iter().filter_map(|(name, found)| Some((name.as_str(), clearest(found)?))).collect();
     chosen.sort_by(|a, b| b.1.2.total_cmp(&a.1.2).then(a.0.cmp(b.0)));
     chosen.truncate(count);
-    std::fs::create_dir_all(folder).map_err(|e| Error::new(format!("can't be made: {e}")).in_file(folder))?;
+    std::fs::create_dir_all(folder).map_err(|e| Error::of_file("can't be made", &e).in_file(folder))?;
     for (name, (from_s, to_s, _)) in chosen {
         let file = folder.join(format!("{}.csv", baselines::file_stem(name)));
         let report = file.with_extension("html");

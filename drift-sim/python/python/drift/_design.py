@@ -35,7 +35,7 @@ class Design:
 
     def __repr__(self) -> str:
         """In one line."""
-        found = f"arl0 = {self.arl0:.6g}, arl1 = {self.arl1:.6g} at a shift of {self.shift:g} sigmas"
+        found = f"arl0 = {self.arl0:.6g}, arl1 = {self.arl1:.6g} at a shift of {self.shift:g} sigma"
         return f"<Design {self.detector}: h = {self.h:.6g}, {found}>"
 
 
@@ -93,7 +93,7 @@ def design(
     --------
     >>> import drift
     >>> drift.design(k=0.5, h=5.0, shift=1.0)
-    <Design cusum: h = 5, arl0 = 465.444, arl1 = 10.376 at a shift of 1 sigmas>
+    <Design cusum: h = 5, arl0 = 465.444, arl1 = 10.376 at a shift of 1 sigma>
     >>> round(drift.design(k=0.5, arl0=2000.0).h, 3)
     6.447
     """

@@ -11,6 +11,7 @@ use drift_sim::output::Outputs;
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output, report};
 
+use crate::number_argument::{limits, not_negative, positive, seconds, within};
 use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
@@ -29,20 +30,20 @@ pub struct Arguments {
     #[arg(short, long, value_name = "BASELINE.toml")]
     output: PathBuf,
     /// Window in seconds; by default 20 correlation times of the loop
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     window: Option<f64>,
     /// From one decision to the next in seconds; by default the window
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     hop: Option<f64>,
     /// Error index of the energy_error channel
     #[arg(long, value_enum, default_value_t = IndexName::Iae)]
     index: IndexName,
     /// Wanted mean time between false alarms of all channels and detectors together
-    #[arg(long, value_name = "HOURS", default_value_t = 24.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HOURS", default_value_t = 24.0, value_parser = positive)]
     false_alarm_every: f64,
     /// Share of calibrations that are aimed to keep it; 0.9 from 200 windows was measured to be 0.93 or more on four simulated loops (one
     /// false alarm in 500 decisions), at a delay 1.3 to 2.2 times the ideal one; 1.02 to 1.05 times from 2000 windows
-    #[arg(long, value_name = "C", default_value_t = 0.9)]
+    #[arg(long, value_name = "C", default_value_t = 0.9, value_parser = within(Options::CONFIDENCE))]
     confidence: f64,
     /// What is judged
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Channel::EnergyError, Channel::Effort, Channel::Activity])]
@@ -61,19 +62,19 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', default_values = ["shewhart", "cusum"], value_parser = PossibleValuesParser::new(Detectors::NAMES))]
     detectors: Vec<String>,
     /// The CUSUM's reference value: half the shift to be found, in sigmas
-    #[arg(long, value_name = "K", default_value_t = 0.5)]
+    #[arg(long, value_name = "K", default_value_t = 0.5, value_parser = within(Options::K))]
     k: f64,
     /// The EWMA's weight of the newest window; 0.1 is for shifts of about one sigma
-    #[arg(long, value_name = "LAMBDA", default_value_t = 0.1)]
+    #[arg(long, value_name = "LAMBDA", default_value_t = 0.1, value_parser = within(Options::LAMBDA))]
     lambda: f64,
     /// Limits of u: samples at or beyond them are left out
-    #[arg(long, value_name = "LO,HI", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
-    saturation: Vec<f64>,
+    #[arg(long, value_name = "LO,HI", value_parser = limits, allow_hyphen_values = true)]
+    saturation: Option<[f64; 2]>,
     /// A change of r beyond this is a step, after which samples are left out
-    #[arg(long, value_name = "X", requires = "blank")]
+    #[arg(long, value_name = "X", requires = "blank", value_parser = not_negative)]
     blank_step: Option<f64>,
     /// For how long, in seconds
-    #[arg(long, value_name = "S", requires = "blank_step")]
+    #[arg(long, value_name = "S", requires = "blank_step", value_parser = seconds)]
     blank: Option<f64>,
     /// Decisions after an alarm before a drift can be confirmed
     #[arg(long, value_name = "HOPS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
@@ -114,14 +115,6 @@ enum Channel {
 fn kind_of_effort() -> impl TypedValueParser<Value = ChannelKind> {
     let words = ChannelKind::ROWS.iter().filter_map(|row| row.meaning.chosen_by);
     PossibleValuesParser::new(words).try_map(|word| ChannelKind::chosen(&word).ok_or("no such kind"))
-}
-
-/// Longer than any recording: 30 years.
-const LONGEST_S: f64 = 1e9;
-
-fn seconds(text: &str) -> std::result::Result<f64, String> {
-    let seconds = text.parse().ok().filter(|s: &f64| s.abs() <= LONGEST_S);
-    seconds.ok_or_else(|| format!("a number of seconds above 0, up to {LONGEST_S:e}"))
 }
 
 /// Runs the command.
@@ -174,12 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 fn options(arguments: &Arguments) -> Result<Options> {
-    let saturation = match arguments.saturation.as_slice() {
-        [] => None,
-        [low, high] if low < high => Some([*low, *high]),
-        _ => return Err(Error::new("--saturation").allowed("LO,HI with LO below HI")),
-    };
-    Ok(Options {
+    let options = Options {
         window_s: arguments.window,
         hop_s: arguments.hop,
         index: match arguments.index {
@@ -198,9 +186,12 @@ fn options(arguments: &Arguments) -> Result<Options> {
         detectors: arguments.detectors.join(",").parse()?,
         k: arguments.k,
         lambda: arguments.lambda,
-        saturation,
+        saturation: arguments.saturation,
         blanking: arguments.blank_step.zip(arguments.blank),
         confirm_hops: arguments.confirm,
         ..Options::default()
-    })
+    };
+    // What no recording can change is no fault of a recording.
+    options.check()?;
+    Ok(options)
 }

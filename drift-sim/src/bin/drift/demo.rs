@@ -17,6 +17,8 @@ use drift_sim::simulate::{Start, Trace, simulate};
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, report};
 
+use crate::number_argument::seed;
+
 const OVEN: &str = include_str!("../../../../examples/loops/oven.toml");
 const HOUR_S: f64 = 3600.0;
 const HEALTHY_S: f64 = 21.0 * 24.0 * HOUR_S;
@@ -35,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "drift-demo")]
     out: PathBuf,
     /// All noise and the set-points follow from this number
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     seed: u64,
 }
 
@@ -81,10 +83,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         &ReadOptions::default(),
     )?;
     let outputs = Outputs { chart: Some(&mut chart), ..Outputs::default() };
-    let summary = watch(&mut stream, &config, outputs).map_err(|stopped| match stopped {
+    let mut summary = watch(&mut stream, &config, outputs).map_err(|stopped| match stopped {
         Stopped::Input(error) => error,
         Stopped::Writing(error) => Error::new(format!("can't be written: {error}")),
     })?;
+    summary.units = oven.units.clone();
     files.write_text(&picture, &chart.figure(&summary).to_svg()?)?;
     let command = report::command_line(std::env::args_os());
     files
@@ -92,12 +95,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     files.commit()?;
 
     let here = Terminal::here();
-    let text = format!(
-        "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour:\n\
-         by the end the oven is {:.1} degC off, and y still shows the set-point.\n\n{}{}\n\
-         recording  {}\nbaseline   {}\npicture    {}\nreport     {}\n",
+    let about = format!(
+        "An oven under PI control. From hour {:.0} on its thermometer drifts by {DRIFT_PER_HOUR} degC an hour: by the end the oven \
+         is {:.1} degC off, and y still shows the set-point.",
         ONSET_S / HOUR_S,
-        true_offset(&run),
+        true_offset(&run)
+    );
+    let text = format!(
+        "{}\n{}{}\nrecording  {}\nbaseline   {}\npicture    {}\nreport     {}\n",
+        here.paragraph(&about),
         screen(&summary, baseline.promise.as_ref(), &here),
         chart.rows(&summary, &here),
         recording.display(),

@@ -8,13 +8,14 @@ use clap::{ArgGroup, Args, ValueEnum};
 use drift_sim::design::{Design, DetectorKind, QUANTILES, Request};
 use drift_sim::{Error, Result, output};
 
+use crate::number_argument::count;
 use crate::progress::Progress;
 
 /// Designs a detector: its threshold from the wanted ARL0, or its ARL0 from the threshold.
 ///
 /// Run lengths count decisions (one a hop), the residual being standardised, independent and normal.
 #[derive(Args)]
-#[command(allow_negative_numbers = true, after_help = "\
+#[command(after_help = "\
 Examples:
   drift design --k 0.5 --h 5
   drift design --k 0.5 --arl0 2000 --windows 200 --hop-s 3
@@ -55,7 +56,7 @@ pub struct Arguments {
     #[arg(long, value_name = "C", default_value_t = 0.9, requires = "windows")]
     confidence: f64,
     /// Also the probability of an alarm within this many decisions.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = count)]
     mission: Option<u64>,
     /// Seconds from one decision to the next: prints run lengths in hours too.
     #[arg(long, value_name = "SECONDS")]
@@ -144,10 +145,10 @@ fn as_text(arguments: &Arguments, design: &Design) -> String {
                 design.h
             )
         }
-        (Some(k), None) => format!("k = {k}, h = {:.6} sigmas", design.h),
+        (Some(k), None) => format!("k = {k}, h = {:.6} sigma", design.h),
         _ => match design.lambda {
-            Some(lambda) => format!("lambda = {lambda}, limit h = {:.6} sigmas", design.h),
-            None => format!("limit h = {:.6} sigmas", design.h),
+            Some(lambda) => format!("lambda = {lambda}, limit h = {:.6} sigma", design.h),
+            None => format!("limit h = {:.6} sigma", design.h),
         },
     };
     let _ = writeln!(text, "{name}, {sides}: {parameters}");
@@ -158,7 +159,7 @@ fn as_text(arguments: &Arguments, design: &Design) -> String {
     let found = span(design.arl1);
     let _ = writeln!(
         text,
-        "alarm after        {found} on average, the mean having moved by {} sigmas (ARL1)",
+        "alarm after        {found} on average, the mean having moved by {} sigma (ARL1)",
         design.shift
     );
     if let Some(runs) = &design.run_lengths {

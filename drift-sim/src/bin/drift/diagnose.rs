@@ -14,6 +14,7 @@ use drift_sim::sentences::{self, ends, fit, measured, plain};
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result, output};
 
+use crate::number_argument::part;
 use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 use crate::sparkline;
@@ -51,7 +52,7 @@ pub struct Arguments {
     #[arg(long, value_name = "H.csv", num_args = 1..)]
     healthy: Vec<PathBuf>,
     /// Name a cause only if all others are excluded; the true one is lost with a probability of at most this. Slower, and names less
-    #[arg(long, value_name = "ALPHA")]
+    #[arg(long, value_name = "ALPHA", value_parser = part)]
     guarantee: Option<f64>,
     #[command(flatten)]
     reading: RecordingArguments,
@@ -183,7 +184,7 @@ fn fits(found: &Diagnosis) -> String {
         ("as it came", fits.nominal),
         ("refitted", fits.before),
         ("with what was found", fits.after.filter(|_| !found.physics.is_empty())),
-        ("noise alone leaves", found.noise_floor),
+        ("noise alone leaves", found.noise_leaves()),
     ];
     let mut text = format!("  {what:25} {:>10} {:>10}\n", "y", "u");
     for (name, of) in rows {

@@ -8,6 +8,8 @@ use drift_sim::Result;
 use drift_sim::diagnose::SAMPLE_WORK_BYTES;
 use drift_sim::init::propose;
 use drift_sim::output::{self, Outputs};
+use drift_sim::sentences::typed;
+use drift_sim::terminal::Terminal;
 
 use crate::progress::Progress;
 use crate::recording_arguments::{RecordingArguments, tell};
@@ -37,6 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut outputs = Outputs::checked(&[("--output", output)], &[&arguments.recording])?;
     let mut recording = arguments.reading.read(&arguments.recording, Vec::new(), SAMPLE_WORK_BYTES)?;
     if let Some((first_s, last_s)) = recording.keep_longest_closed() {
+        let (first_s, last_s) = (typed(first_s), typed(last_s));
         let used = format!("only the longest stretch with the loop closed is used, {first_s} to {last_s} s");
         tell(&recording.name, &[used]);
     }
@@ -46,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     outputs.write_text(&arguments.output, &proposal.to_toml())?;
     outputs.commit()?;
     if arguments.output != Path::new("-") {
-        output::write_text(Path::new("-"), &proposal.screen())?;
+        output::write_text(Path::new("-"), &proposal.screen(&Terminal::here()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -24,7 +24,7 @@ mod sparkline;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Finds what a feedback loop hides.
 #[derive(Parser)]
@@ -60,10 +60,15 @@ enum Command {
     Man(man::Arguments),
 }
 
+/// The whole command. A negative number is the value of an option everywhere, so that its own range refuses it and not the parser.
+fn command() -> clap::Command {
+    Arguments::command().mut_subcommands(|command| command.allow_negative_numbers(true))
+}
+
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
     interrupts::leave_nothing_unfinished();
-    let arguments = Arguments::parse();
+    let arguments = Arguments::from_arg_matches(&command().get_matches()).unwrap_or_else(|e| e.exit());
     let done: drift_sim::Result<ExitCode> = match arguments.command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
@@ -73,8 +78,8 @@ fn main() -> ExitCode {
         Command::Init(arguments) => init::run(&arguments),
         Command::Likelihood(arguments) => likelihood::run(&arguments),
         Command::Look(arguments) => look::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
-        Command::Man(arguments) => man::run(&arguments, Arguments::command()),
+        Command::Completions(arguments) => completions::run(&arguments, command()),
+        Command::Man(arguments) => man::run(&arguments, command()),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
@@ -103,12 +108,12 @@ mod tests {
 
     #[test]
     fn the_description_of_the_command_is_sound() {
-        Arguments::command().debug_assert();
+        command().debug_assert();
     }
 
     #[test]
     fn every_command_shows_examples_that_it_takes() {
-        for command in Arguments::command().get_subcommands() {
+        for command in command().get_subcommands() {
             let examples = examples(command);
             assert!(!examples.is_empty(), "{} has no example", command.get_name());
             for example in examples {

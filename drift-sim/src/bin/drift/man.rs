@@ -62,7 +62,7 @@ fn print(command: &clap::Command) -> Result<()> {
 }
 
 fn write_all(folder: &Path, command: &clap::Command) -> Result<()> {
-    fs::create_dir_all(folder).map_err(|e| Error::new(format!("can't be made: {e}")).in_file(folder))?;
+    fs::create_dir_all(folder).map_err(|e| Error::of_file("can't be made", &e).in_file(folder))?;
     for command in std::iter::once(command).chain(shown(command)) {
         let (name, text) = page(command)?;
         output::write_text(&folder.join(format!("{name}.1")), &text)?;

@@ -8,6 +8,7 @@ use drift_sim::paper::{FILES, Paper, Settings};
 use drift_sim::report::command_line;
 use drift_sim::{Result, output};
 
+use crate::number_argument::seed;
 use crate::progress::Progress;
 
 /// Reproduces the paper: its tables and figures, ours beside the published values, and what lies beyond.
@@ -23,7 +24,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "paper")]
     out: PathBuf,
     /// Everything random follows from this number.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     seed: u64,
 }
 

@@ -12,7 +12,7 @@ use drift_sim::sentences;
 use drift_sim::terminal::Terminal;
 use drift_sim::{Error, Result};
 
-use crate::number_argument::{finite, part, positive};
+use crate::number_argument::{finite, part, positive, seconds, seed};
 use crate::progress::Progress;
 
 /// Proposes the reference, within limits, that tells apart what a diagnosis left, and says with which chance.
@@ -32,31 +32,31 @@ pub struct Arguments {
     #[arg(long, value_name = "D.json")]
     diagnosis: PathBuf,
     /// Where the reference is written, as CSV: t, r, and y and u as the likeliest cause would answer; - is standard output
-    #[arg(short, long, value_name = "REFERENCE.csv")]
+    #[arg(short, long, value_name = "R.csv")]
     output: PathBuf,
     /// Least r; without it the recording's
-    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "R", value_parser = finite)]
     r_min: Option<f64>,
     /// Greatest r; without it the recording's
-    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "R", value_parser = finite)]
     r_max: Option<f64>,
     /// The fastest change of r, per second; without it the recording's, or 40 times the range in the longest experiment where that is more
-    #[arg(long, value_name = "R_PER_S", allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "R_PER_S", value_parser = positive)]
     r_rate: Option<f64>,
     /// Least u that any of the causes may lead to
-    #[arg(long, value_name = "U", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "U", value_parser = finite)]
     u_min: Option<f64>,
     /// Greatest u that any of the causes may lead to
-    #[arg(long, value_name = "U", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "U", value_parser = finite)]
     u_max: Option<f64>,
     /// The longest experiment, in seconds; without it as long as the recording
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     duration: Option<f64>,
     /// The chance with which each pair is to be told apart: a longer reference is taken until it is reached
-    #[arg(long, value_name = "PART", default_value_t = 0.98, allow_negative_numbers = true, value_parser = part)]
+    #[arg(long, value_name = "PART", default_value_t = 0.98, value_parser = part)]
     chance: f64,
     /// The noise of the rehearsals follows from this number
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed)]
     seed: u64,
     /// Write the plan as JSON; - is standard output
     #[arg(long, value_name = "FILE")]

@@ -69,7 +69,13 @@ impl Progress {
 
 fn show(bar: &ProgressBar, stage: Stage) {
     match stage {
-        Stage::Step => bar.inc(1),
+        Stage::Step => {
+            bar.inc(1);
+            // Work that turns out longer than foreseen: "20/19" would puzzle.
+            if bar.length().is_some_and(|length| length < bar.position()) {
+                bar.set_length(bar.position());
+            }
+        }
         Stage::Begins(name, steps) => {
             let template = if steps > 0 { STEPS } else { UNKNOWN };
             if let Ok(style) = ProgressStyle::with_template(template) {
@@ -100,6 +106,8 @@ mod tests {
         }
         assert_eq!((progress.0.position(), progress.0.length()), (2, Some(3)));
         assert_eq!(progress.0.message(), "rivals");
+        (0..2).for_each(|_| show(&progress.0, Stage::Step));
+        assert_eq!((progress.0.position(), progress.0.length()), (4, Some(4)));
         show(&progress.0, Stage::Begins("proof", 0));
         assert_eq!((progress.0.position(), progress.0.message()), (0, "proof".to_owned()));
     }

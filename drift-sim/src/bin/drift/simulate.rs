@@ -12,7 +12,7 @@ use drift_sim::shortest::{self, FewDecimals};
 use drift_sim::simulate::{DEFAULT_SAMPLES, Driving, Row, Simulation, diverged, samples_within, time_s};
 use drift_sim::{Error, Result};
 
-use crate::number_argument::{finite, not_negative, positive};
+use crate::number_argument::{count, finite, not_negative, seconds, seed};
 use crate::progress::Progress;
 use crate::recording_arguments::RecordingArguments;
 
@@ -34,19 +34,19 @@ pub struct Arguments {
     #[arg(long, value_name = "REC.csv", conflicts_with_all = ["reference_mean", "reference_sd", "reference_hold"])]
     reference: Option<PathBuf>,
     /// Length of the run in seconds; by default 10000 samples, or the whole recording.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     duration: Option<f64>,
     /// All noise, and a made reference, follow from this number.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed)]
     seed: u64,
     /// Mean of the made reference's levels, in the unit of r.
-    #[arg(long, value_name = "R", default_value_t = 0.1, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "R", default_value_t = 0.1, value_parser = finite)]
     reference_mean: f64,
     /// Standard deviation of its levels; 0 for one level.
     #[arg(long, value_name = "R", default_value_t = 1.0, value_parser = not_negative)]
     reference_sd: f64,
     /// How long each level is held, in samples.
-    #[arg(long, value_name = "TICKS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "TICKS", default_value_t = 50, value_parser = count)]
     reference_hold: u64,
     #[command(flatten)]
     reading: RecordingArguments,

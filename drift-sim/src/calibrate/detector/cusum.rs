@@ -15,7 +15,7 @@ impl Designed for Row {
         "cusum"
     }
     fn spoken(&self) -> &'static str {
-        "CUSUM"
+        "the running sum (CUSUM)"
     }
     fn maxima(&self, tuning: Tuning, margin: Margin, z: &[f64]) -> Option<Vec<f32>> {
         let chart = Cusum::new(tuning.k as f32, f32::MAX);

@@ -17,7 +17,7 @@ impl Designed for Row {
         "ewma"
     }
     fn spoken(&self) -> &'static str {
-        "EWMA"
+        "the moving average (EWMA)"
     }
     fn maxima(&self, tuning: Tuning, margin: Margin, z: &[f64]) -> Option<Vec<f32>> {
         let chart = Ewma::new(tuning.lambda as f32, f32::MAX);

@@ -14,7 +14,7 @@ impl Designed for Row {
         "shewhart"
     }
     fn spoken(&self) -> &'static str {
-        "Shewhart"
+        "one window alone (Shewhart)"
     }
     fn maxima(&self, _: Tuning, _: Margin, _: &[f64]) -> Option<Vec<f32>> {
         None

@@ -28,7 +28,7 @@ impl Designed for Row {
         "sprt"
     }
     fn spoken(&self) -> &'static str {
-        "SPRT"
+        "the repeated test (SPRT)"
     }
     fn maxima(&self, tuning: Tuning, margin: Margin, z: &[f64]) -> Option<Vec<f32>> {
         let test = test(tuning, f32::MAX);

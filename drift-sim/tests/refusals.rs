@@ -14,6 +14,8 @@ fn folder() -> tempfile::TempDir {
     write("heater.toml", HEATER);
     write("fast.toml", &HEATER.replace("0.2", "1e-300"));
     write("strong.toml", &HEATER.replace("gain = 1.0", "gain = 1e30"));
+    let lags = HEATER.split("gain = ").next().unwrap().replace("first-order", "transfer-function");
+    write("lags.toml", &format!("{lags}num = [1e99]\nden = [1.0, 1.0]\n"));
     write("late.toml", &(HEATER.to_owned() + "delay_s = 1e12\n"));
     let mut csv = String::from("t,r,y,u\n");
     for i in 0..2000 {
@@ -125,6 +127,10 @@ fn what_only_the_file_shows_to_be_wrong_is_told_in_one_line() {
             "fast.toml:2: sample_time_s is 1e-300; sample_time_s must be from 1e-9 to 1e9 s",
         ),
         ("simulate strong.toml -o x", "strong.toml:9: gain is 1e30; gain must be within +-1e15"),
+        (
+            "simulate lags.toml -o x",
+            "lags.toml:9: the gain at rest, the last of num over the last of den, is 1e99; it must be within +-1e15",
+        ),
         (
             "simulate late.toml -o x",
             "late.toml: the dead time is 1e12 s; up to 200000 s, which are 1000000 samples, are allowed",

@@ -4,7 +4,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::section::{Section, line_of};
-use crate::control_loop::{Enters, Input, Loop, SAMPLE_TIMES_S, Sensor};
+use crate::control_loop::{Enters, Input, LARGEST, Loop, SAMPLE_TIMES_S, Sensor};
 use crate::controller::{Controller, Limits, PVelocity, Pi, Pid, VelocityRule};
 use crate::physics::{Kind, Range, Term, Units};
 use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, Tank, TransferFunction};
@@ -250,6 +250,12 @@ fn read_transfer_function(section: &Section) -> Result<Plant> {
     }
     if num.len() > den.len() {
         return Err(section.refuse("num", "num is longer than den", "a degree not above that of den"));
+    }
+    // An integrator has no gain at rest.
+    let at_rest = num.last().zip(den.last()).map(|(num, den)| num / den).filter(|gain| gain.is_finite());
+    if let Some(gain) = at_rest.filter(|gain| gain.abs() > LARGEST) {
+        let what = format!("the gain at rest, the last of num over the last of den, is {}", typed(gain));
+        return Err(section.refuse("num", what, format!("it must be within +-{}", typed(LARGEST))));
     }
     let offset = section.optional_number("offset", Range::Any)?.unwrap_or(0.0);
     Ok(Plant::TransferFunction(TransferFunction { num, den, delay_s, offset }))

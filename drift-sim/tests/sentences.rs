@@ -493,9 +493,9 @@ fn terminals_say_what_a_person_reads() {
         ("init now.csv".into(), 0),
         ("init now.csv -o found.toml".into(), 0),
         ("plan oven.toml --diagnosis none.json -o x".into(), 1),
-        ("calibrate healthy.csv -o baseline.toml".into(), 0),
+        ("calibrate healthy.csv -o baseline.toml --window 1500 --confirm 10".into(), 0),
         ("calibrate now.csv -o few.toml --false-alarm-every 720".into(), 0),
-        ("monitor now.csv --baseline baseline.toml".into(), 0),
+        ("monitor now.csv --baseline baseline.toml --report monitor.html".into(), 0),
         ("diagnose now.csv --loop oven.toml --report page.html".into(), 0),
         ("diagnose healthy.csv --loop oven.toml".into(), 0),
         ("calibrate healthy.csv -o x --window 7.123456789".into(), 1),
@@ -513,6 +513,14 @@ fn terminals_say_what_a_person_reads() {
         }
     }
     assert!(read > 150, "{read} lines read");
+    // The page says how the line moved, what each detector looks at, and keeps a number with its unit.
+    let page = std::fs::read_to_string(folder.path().join("monitor.html")).unwrap();
+    assert!(
+        ["x (shifted)", "x (tilted)", "x (shifted and tilted)"]
+            .iter()
+            .any(|how| page.replace('\u{a0}', " ").contains(how))
+    );
+    assert!(page.contains("the running sum (CUSUM)") && page.contains("\u{a0}sigma<"));
 }
 
 /// What was found is said of what was found only: a healthy loop was simulated once.
@@ -561,6 +569,7 @@ fn a_fit_is_never_better_than_noise_allows() {
         (90.8, 71.2, "fit of u on unseen data; only noise is left"),
         (95.6, 95.5, "fit of u on unseen data; only noise is left"),
         (95.6, 97.25, "fit of u on unseen data; noise alone leaves 97.2"),
+        (-0.04, 0.03, "fit of u on unseen data; nothing but noise moves it there"),
     ] {
         of.holdout.after = Some(FitPct { y_pct: 99.0, u_pct: Some(reached) });
         of.noise_floor = Some(FitPct { y_pct: 99.0, u_pct: Some(floor) });

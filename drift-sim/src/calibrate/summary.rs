@@ -45,7 +45,7 @@ impl Calibration {
             let said = format!("{} goes with the operating point: {}", channel.kind.name(), terms.join(", "));
             text += &terminal.wrapped("  ", &said);
         }
-        text += "\nalarm, in sigma\n";
+        text += "\nalarm, in sigma (k: what a sum takes off each window, h: where it alarms)\n";
         for channel in &self.channels {
             text +=
                 &terminal.wrapped(&format!("{:13} ", channel.kind.name()), &thresholds(&channel.detectors));
@@ -113,6 +113,6 @@ impl Calibration {
 }
 
 fn thresholds(of: &Detectors) -> String {
-    let row = |row: &&dyn Designed| Some(format!("{} {}", row.name(), row.thresholds(of)?));
-    detector::ROWS.iter().filter_map(row).collect::<Vec<_>>().join(", ")
+    let row = |row: &&dyn Designed| Some(format!("{} {}", row.spoken(), row.thresholds(of)?));
+    detector::ROWS.iter().filter_map(row).collect::<Vec<_>>().join("; ")
 }

@@ -168,11 +168,11 @@ impl Drawing<'_> {
                 course.to_s.map_or_else(|| "open".into(), |t| self.time(t)),
                 screen::label(course.kind),
                 sentences::side_name(course.side).into(),
-                sentences::sigmas(course.max_z.into()),
+                unbroken(&sentences::sigmas(course.max_z.into())),
                 screen::detectors(course),
-                line(course.baseline.b0, course.baseline.b1),
+                unbroken(&line(course.baseline.b0, course.baseline.b1)),
                 course.fault_curve.map_or_else(String::new, |c| {
-                    format!("{} ({})", line(c.b0, c.b1), format!("{:?}", c.moved).to_lowercase())
+                    format!("{} ({})", unbroken(&line(c.b0, c.b1)), sentences::moved_name(c.moved))
                 }),
             ]
         };
@@ -296,13 +296,17 @@ impl Drawing<'_> {
                        beyond the dashed limits is an alarm. Sum of distances (CUSUM): what lies off to one side adds up, less an \
                        allowance, until it crosses the threshold; the sum of what lies below is drawn downwards; after an alarm it \
                        starts anew. A small lasting shift shows there first.";
+        let has_sprt = self.chart.channels.iter().any(|channel| channel.channel.detectors.sprt.is_some());
+        let evidence = " Evidence of a shift (SPRT): how much likelier a shift is than health, as a logarithm; above the upper line \
+                        is an alarm, below the lower one it starts anew.";
+        let caption = if has_sprt { caption.to_owned() + evidence } else { caption.to_owned() };
         if panels.is_empty() {
             return Section::new(
                 "Residuals and detectors",
                 vec![Block::Text("No channel has a baseline: nothing is judged.".into())],
             );
         }
-        Section::new("Residuals and detectors", vec![self.over_time(panels, caption.into())])
+        Section::new("Residuals and detectors", vec![self.over_time(panels, caption)])
     }
 
     fn residual(&self, channel: &ChannelChart) -> Vec<Layer> {
@@ -395,4 +399,9 @@ fn channel_row(channel: &ChannelSummary) -> Vec<String> {
         channel.extrapolated.to_string(),
         verdict.into(),
     ]
+}
+
+/// A number with its unit, or a line, stays on one line of its cell: the words beside it have room to wrap.
+fn unbroken(text: &str) -> String {
+    text.replace(' ', "\u{a0}")
 }

@@ -19,8 +19,7 @@ const SHOWN: usize = 12;
 pub fn screen(summary: &Summary, promise: Option<&Promise>, terminal: &Terminal) -> String {
     let clock = summary.clock();
     let mut text = terminal.answer(&monitoring(summary, &clock));
-    // Writing to a String can't fail.
-    let _ = write_channels(&mut text, &summary.channels);
+    write_channels(&mut text, &summary.channels, terminal);
     write_events(&mut text, summary, &clock, terminal);
     write_reading(&mut text, summary, promise, terminal);
     text
@@ -84,29 +83,28 @@ pub(super) fn excluded(summary: &Summary) -> Option<String> {
     (!reasons.is_empty()).then(|| reasons.join(", "))
 }
 
-fn write_channels(out: &mut String, channels: &[ChannelSummary; 3]) -> std::fmt::Result {
-    writeln!(out, "\n{:<20} {:>7} {:>15} {:>7}  verdict", "channel", "windows", "farthest", "alarms")?;
+fn write_channels(out: &mut String, channels: &[ChannelSummary; 3], terminal: &Terminal) {
+    *out += &format!("\n{:<19} {:>7} {:>14} {:>6}  verdict\n", "channel", "windows", "farthest", "alarms");
     for channel in channels {
-        let verdict = match (channel.learned, channel.worst) {
+        let mut verdict = match (channel.learned, channel.worst) {
             (false, _) => "no baseline",
             (true, _) if channel.judged == 0 => "not judged",
             (true, None) => "healthy",
             (true, Some(kind)) => kind.name(),
-        };
-        write!(
-            out,
-            "{:<20} {:>7} {:>15} {:>7}  {verdict}",
+        }
+        .to_owned();
+        if channel.extrapolated > 0 {
+            verdict += &format!(", {} not calibrated", channel.extrapolated);
+        }
+        let before = format!(
+            "{:<19} {:>7} {:>14} {:>6}  ",
             label(channel.kind),
             channel.judged,
             farthest_z(channel.max_abs_z),
             channel.alarms
-        )?;
-        if channel.extrapolated > 0 {
-            write!(out, ", {} not calibrated", channel.extrapolated)?;
-        }
-        writeln!(out)?;
+        );
+        *out += &terminal.wrapped(&before, &verdict);
     }
-    Ok(())
 }
 
 fn write_events(out: &mut String, summary: &Summary, clock: &Clock, terminal: &Terminal) {

@@ -9,7 +9,7 @@ use super::ranking::Ranking;
 use super::{Paper, differences, json, published, settings};
 use crate::plot::{Colour, Figure, Layer};
 use crate::report::{Block, Page, Proof, Section};
-use crate::sentences::{Answer, KeyNumber, Status};
+use crate::sentences::{Answer, KeyNumber, Status, moved_name};
 
 pub(super) fn page(paper: &Paper, command: String) -> Page {
     let figures = |files: &[&str]| -> Vec<Block> {
@@ -339,11 +339,11 @@ pub(super) fn monitor_says(case: Option<&DetectionCase>) -> String {
     let verdict = format!("{:?}", run.verdict).to_lowercase();
     match &run.fault_curve {
         Some(curve) => format!(
-            "{verdict}; on {} windows {} + {} E_u, moved: {}",
+            "{verdict}; on {} windows {} + {} E_u, {}",
             curve.windows,
             significant(f64::from(curve.b0), 3),
             significant(f64::from(curve.b1), 3),
-            format!("{:?}", curve.moved).to_lowercase(),
+            moved_name(curve.moved),
         ),
         None => verdict,
     }

@@ -9,6 +9,9 @@ use crate::plant::Plant;
 /// Rivals that a sentence names.
 const NAMED: usize = 3;
 
+/// A fit that noise alone keeps below this, in per cent, says nothing of the model: the loop rests there.
+const FOLLOWS_PCT: f64 = 5.0;
+
 /// The answer; `start_s` is the time of the sample that onsets count from.
 pub fn diagnosis(found: &Diagnosis, clock: &Clock, start_s: f64) -> Answer {
     let telling = Telling { found, clock, start_s, units: found.nominal.unit_names() };
@@ -329,6 +332,7 @@ impl Telling<'_> {
         let (before, after) = (before.map(of), fits.after.map(of));
         let name = if self.known_law() { "u" } else { "y" };
         let noise = match self.found.noise_leaves().map(of) {
+            Some(floor) if floor < FOLLOWS_PCT => "; nothing but noise moves it there".into(),
             _ if self.found.leaves_only_noise() => "; only noise is left".into(),
             Some(floor) => format!("; noise alone leaves {}", fit(floor)),
             None => String::new(),

@@ -1,6 +1,6 @@
 //! What a run of the monitor says.
 
-use drift_core::Side;
+use drift_core::{Moved, Side};
 
 use super::quantity::{plain, sigmas, with_unit};
 use super::{Answer, Clock, KeyNumber, Status};
@@ -189,6 +189,16 @@ fn of_u(number: String, units: &Units) -> String {
 /// The same of y.
 fn of_y(number: String, units: &Units) -> String {
     with_unit(number, units.y.as_deref().unwrap_or_default())
+}
+
+/// How a curve has moved, in a word or two.
+pub const fn moved_name(moved: Moved) -> &'static str {
+    match moved {
+        Moved::Undecided => "not told how",
+        Moved::Intercept => "shifted",
+        Moved::Slope => "tilted",
+        Moved::Both => "shifted and tilted",
+    }
 }
 
 /// The word for a side.

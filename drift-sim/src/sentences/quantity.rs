@@ -224,6 +224,9 @@ pub fn fit(percent: f64) -> String {
     let left = 100.0 - percent;
     if !percent.is_finite() || percent < -1000.0 {
         "below -1000".into()
+    } else if percent.abs() < LEAST_PERCENT {
+        // Neither 0.0 nor -0.0: it follows nothing.
+        "0".into()
     } else if left > 0.0 && left < 0.095 {
         format!("{percent:.2}")
     } else {
@@ -320,6 +323,7 @@ mod tests {
         assert_eq!(percent(48.25), "48.3 %");
         assert_eq!(fit(99.98), "99.98");
         assert_eq!(fit(-5.7e30), "below -1000");
+        assert_eq!((fit(-0.04), fit(0.0), fit(0.06)), ("0".into(), "0".into(), "0.1".into()));
         assert_eq!(line(2.668e6, -3615.0), "2\u{a0}670\u{a0}000 \u{2212} 3620 x");
     }
 }

@@ -199,7 +199,10 @@ mod tests {
         assert!(error.contains("a window of 3000 and a hop of 7 samples"), "{error}");
         assert!(error.contains("such as --window "), "{error}");
         let error = whole_ticks("window", 0.0305, 1e-3).unwrap_err().to_string();
-        assert!(error.contains("30.5 samples of 0.001 s; a whole number of them"), "{error}");
+        assert!(
+            error.contains("30.5 samples of 0.001 s; a whole number of samples, such as --window 0.031"),
+            "{error}"
+        );
         assert!(whole_ticks("window", f64::NAN, 1e-3).is_err());
         assert!(whole_ticks("window", -1.0, 1e-3).is_err());
     }

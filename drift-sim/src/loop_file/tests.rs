@@ -82,7 +82,7 @@ fn every_fault_has_its_line_and_what_is_allowed() {
         ("sample_time_s = 0.001", "sample_time_s = 0", 3, "must be a finite number > 0"),
         ("kind = \"p-velocity\"", "kind = \"p\"", 10, "\"pi\", \"pid\", \"p-velocity\", \"recorded\""),
         ("velocity = \"mean2\"", "velocity = \"mean3\"", 13, "\"backward\", \"mean2\""),
-        ("u_max = 10.0", "u_max = -10", 14, "u_min < u_max"),
+        ("u_max = 10.0", "u_max = -10", 14, "u_min must be below u_max"),
         ("kind = \"servo\"", "kind = \"motor\"", 18, "\"servo\", \"first-order\""),
         ("inertia = 95.1", "inertia = 0.0", 20, "inertia must be a finite number > 0"),
         ("enters = \"actuator\"", "enters = \"valve\"", 26, "\"actuator\", \"load\", \"sensor\""),

@@ -369,7 +369,16 @@ fn diagnose_with(
                 None => *undecided,
             });
         }
-        Judged::Nothing => return by_prediction_error(first),
+        // A law that is another one than stated says nothing of y: y given u is judged without it, rather than in no way.
+        Judged::Nothing => {
+            return by_prediction_error(first).or_else(|error| {
+                let open = Loop { controller: Controller::Recorded, ..nominal.clone() };
+                match likelihood_search::diagnose(recordings, holdout, &open, healthy, options) {
+                    Judged::Stands(found) | Judged::Colored(found) | Judged::Doubted(found) => Ok(*found),
+                    Judged::Nothing => Err(error),
+                }
+            });
+        }
     };
     // Under an unknown law no loop is closed, and there is nothing to compare.
     let is_open_plant = nominal.plant == Plant::Identify;

@@ -53,6 +53,10 @@ const LONGEST_PART: f64 = 1.0 / 12.0;
 /// Steps of a fit from each, and more of the best of each structure.
 const STEPS: usize = 4;
 const MORE_STEPS: usize = 15;
+/// Random loads that the fits begin with, as logarithms of their part of the drive: under a large one alone a plant that swings is taken for its load.
+const LOADS: [f64; 2] = [-2.0, -6.0];
+/// Starts of each structure that go on, of which the best is taken to all samples.
+const GO_ON: usize = 3;
 /// Samples that are enough to tell which time constant to begin with, and the coarsest of them, in samples of the recording.
 const ENOUGH: usize = 5_000;
 const COARSEST: usize = 6;
@@ -214,7 +218,7 @@ impl Identification<'_> {
                 let mut found = coarse.hypothesis.realise(&coarse.point)?.model;
                 let term = self.beside.and_then(|_| found.physics.pop());
                 let finer = Identification { beside: term.as_ref(), ..*self };
-                finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
+                finer.fitted(found.plant, LOADS[0], MORE_STEPS).map(|fit| (structure, fit))
             })
             .collect();
         fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
@@ -238,7 +242,7 @@ impl Identification<'_> {
         loops
     }
 
-    /// Short fits of all structures from all their time constants, with their structures; long recordings in coarser samples.
+    /// Fits of all structures, with their structures, from the best of all their time constants; long recordings in coarser samples.
     fn begun(&self) -> Vec<(usize, Fit)> {
         let longest = self.until.iter().max().copied().unwrap_or(0);
         let factor = (longest / ENOUGH).clamp(1, COARSEST);
@@ -250,15 +254,29 @@ impl Identification<'_> {
         let coarser = Identification { model: &model, of: &of, until: &until, ..*self };
         let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
         let plants = structures(&measure::scales(&model, &of), &of, &signs).into_par_iter().enumerate();
-        plants
+        let begun = plants
             .filter(|(_, plant)| units::suit(&model.units, plant))
             .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))
-            .filter_map(|(i, plant)| Some((i % STRUCTURES, coarser.fitted(plant, STEPS)?)))
-            .collect()
+            .flat_map_iter(|(i, plant)| LOADS.map(|load| (i, plant.clone(), load)))
+            .filter_map(|(i, plant, load)| Some((i % STRUCTURES, coarser.fitted(plant, load, STEPS)?)));
+        let mut begun: Vec<(usize, Fit)> = begun.collect();
+        begun.sort_by(|(_, a), (_, b)| a.objective().total_cmp(&b.objective()));
+        let of_each = (0..STRUCTURES)
+            .flat_map(|structure| begun.iter().filter(move |(of, _)| *of == structure).take(GO_ON).cloned());
+        // Few steps don't tell a slow start from one that leads nowhere.
+        let mut on: Vec<(usize, Fit)> = of_each.collect();
+        on.par_iter_mut().for_each(|(_, fit)| coarser.go_on(fit));
+        on
     }
 
-    /// A fit from a plant and a random load of middling size.
-    fn fitted(&self, plant: Plant, steps: usize) -> Option<Fit> {
+    /// More steps of a fit.
+    fn go_on(&self, fit: &mut Fit) {
+        let data = Data::new(&fit.hypothesis, self.of.to_vec(), self.until.to_vec());
+        fit.descend(&data, MORE_STEPS, &[]);
+    }
+
+    /// A fit from a plant and a random load of this size.
+    fn fitted(&self, plant: Plant, load: f64, steps: usize) -> Option<Fit> {
         let model = Loop { plant, ..self.model.clone() };
         let plain = super::hypothesis(&model, self.of, self.options);
         let hypothesis = match self.beside {
@@ -266,7 +284,7 @@ impl Identification<'_> {
             None => plain,
         };
         let data = Data::new(&hypothesis, self.of.to_vec(), self.until.to_vec());
-        let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
+        let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), load, -1.0 / 100.0, 0.0);
         let mut fit = Fit::at(&hypothesis, &point, &data)?;
         fit.descend(&data, steps, &[]);
         Some(fit)

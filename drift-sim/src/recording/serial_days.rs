@@ -76,8 +76,10 @@ pub(super) fn verdict(stamps: &[Stamp]) -> Verdict {
     let written_to = libm::pow(10.0, f64::from(-decimals)).max(OUR_DAYS.end * f64::EPSILON);
     let tolerance = written_to / count + 1e-9 * step;
     let (of_days, of_day_tolerance) = (step * DAY_S, tolerance * DAY_S);
+    // A step of half a minute or more may be said in minutes.
+    let units_s: &[f64] = if of_days < 30.0 { &[1.0] } else { &[1.0, 60.0] };
     let are_simple_days = of_days <= STEP_MAX_S + of_day_tolerance
-        && [1.0, 60.0].iter().any(|unit| is_simple(of_days / unit, of_day_tolerance / unit));
+        && units_s.iter().any(|unit| is_simple(of_days / unit, of_day_tolerance / unit));
     match (are_simple_days, is_simple(step, tolerance)) {
         (true, false) => Verdict::Days,
         (true, true) if step < SHORT => Verdict::Days,

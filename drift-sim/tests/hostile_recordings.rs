@@ -361,7 +361,9 @@ fn more_samples_than_the_memory_admits_are_refused_at_once() {
     let (code, message) = capped(folder.path(), "simulate loop.toml -o run.csv --duration 1e9");
     assert_eq!(code, Some(1), "{message}");
     assert!(
-        message.contains("--duration 1e9 is 1e9 samples; --duration up to 4.2949672e7 s at this sample time"),
+        message.contains(
+            "--duration 1e9 is 1e9 samples of 1 s; --duration up to 4.2949672e7 at this sample time"
+        ),
         "{message}"
     );
     assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());

@@ -137,7 +137,7 @@ fn what_only_the_file_shows_to_be_wrong_is_told_in_one_line() {
         ),
         (
             "simulate heater.toml -o x --duration 1e9",
-            "--duration 1e9 is 5e9 samples of 0.2 s; --duration up to 2e8 at this sample time",
+            "--duration 1e9 is 5e9 samples of 0.2 s; --duration up to 8589934.4 at this sample time, which is 4.2949672e7 samples; or a larger --memory-limit",
         ),
         (
             "diagnose rec.csv --loop heater.toml --resample 1",

@@ -253,7 +253,12 @@ impl Proposal {
             });
         }
         for (form, lost) in found.others.iter().filter(|(_, lost)| *lost < AS_WELL) {
-            about.push(format!("Fits as well: {form} ({} less in log-likelihood).", plain(*lost, 3)));
+            let than = if *lost < 0.0 {
+                "more in log-likelihood, with more numbers"
+            } else {
+                "less in log-likelihood"
+            };
+            about.push(format!("Fits as well: {form} ({} {than}).", plain(lost.abs(), 3)));
         }
         if !found.model.physics.is_empty() {
             about.push(

@@ -9,7 +9,7 @@ use crate::plant::Role;
 
 use super::interval;
 use super::options::Options;
-use super::plants;
+use super::plants::{self, Identified};
 
 /// A plant that was identified.
 pub struct IdentifiedPlant {
@@ -17,14 +17,24 @@ pub struct IdentifiedPlant {
     pub model: Loop,
     /// Its numbers with the half widths of their 95 % intervals; `nominal` is where the last fit began.
     pub numbers: Vec<Refitted>,
-    /// Log-likelihood by which it is behind the likeliest, after the cost of its numbers; 0 for that one.
+    /// Log-likelihood by which it is behind the first, after the cost of its numbers; negative where it is likelier and has more numbers.
     pub likelihood_lost: f64,
 }
 
-/// The likeliest plant of each structure that is not far behind, the likeliest first, from the first `fitted` samples; empty where none can be simulated.
+/// The likeliest plant of each structure that is not far behind, from the first `fitted` samples; empty where none can be simulated. The first is the one with
+/// the fewest numbers of those that can't be told from the likeliest; the likeliest of the others follow.
 pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Options) -> Vec<IdentifiedPlant> {
-    let found = plants::likeliest(open, std::slice::from_ref(recording), &[fitted], &[], options);
-    let least = found.first().map_or(0.0, |best| best.nominal.objective() + best.cost());
+    let mut found = plants::likeliest(open, std::slice::from_ref(recording), &[fitted], &[], options);
+    let objective = |plant: &Identified| plant.nominal.objective() + plant.cost();
+    let likeliest = found.iter().map(objective).fold(f64::INFINITY, f64::min);
+    let is_as_likely = |plant: &&Identified| objective(plant) < likeliest + 2.0 * options.margin;
+    let count = |plant: &Identified| plant.nominal.hypothesis.free.len();
+    let fewest = found.iter().filter(is_as_likely).map(count).min().unwrap_or(0);
+    found.sort_by(|a, b| {
+        let is_behind = |plant: &Identified| !is_as_likely(&plant) || count(plant) > fewest;
+        is_behind(a).cmp(&is_behind(b)).then(objective(a).total_cmp(&objective(b)))
+    });
+    let first = found.first().map_or(0.0, objective);
     found
         .iter()
         .filter_map(|plant| {
@@ -32,7 +42,7 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
             Some(IdentifiedPlant {
                 model: super::conclude::as_file(&realised.model, realised.constant_load),
                 numbers: numbers(&plant.nominal, &interval::half_widths(&plant.nominal, &plant.data)),
-                likelihood_lost: 0.5 * (plant.nominal.objective() + plant.cost() - least),
+                likelihood_lost: 0.5 * (objective(plant) - first),
             })
         })
         .collect()

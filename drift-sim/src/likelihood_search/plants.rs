@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::is_noise;
+use crate::estimate::hypothesis::{Target, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -218,7 +218,7 @@ impl Identification<'_> {
                 let mut found = coarse.hypothesis.realise(&coarse.point)?.model;
                 let term = self.beside.and_then(|_| found.physics.pop());
                 let finer = Identification { beside: term.as_ref(), ..*self };
-                finer.fitted(found.plant, LOADS[0], MORE_STEPS).map(|fit| (structure, fit))
+                finer.fitted(found.plant, load_of(coarse), MORE_STEPS).map(|fit| (structure, fit))
             })
             .collect();
         fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
@@ -289,6 +289,12 @@ impl Identification<'_> {
         fit.descend(&data, steps, &[]);
         Some(fit)
     }
+}
+
+/// The random load of a fit, as a logarithm; no smaller than fits begin with, for below that nothing says that it is too small.
+fn load_of(fit: &Fit) -> f64 {
+    let size = fit.hypothesis.place(Target::LoadSize).and_then(|i| fit.point.x.get(i)).copied();
+    size.unwrap_or(LOADS[0]).max(LOADS[1])
 }
 
 /// Correlation of the changes of u with those of the error from which a law is taken to act on the error.

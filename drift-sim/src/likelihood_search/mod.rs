@@ -129,7 +129,7 @@ fn concluded(
                 (found, first)
             };
             let search = Search { data: &found.data, options, is_plant_open };
-            let result = search.run(search.with_own_terms(first));
+            let result = search.run(search.with_own_lags(first));
             if result.is_noise || !is_guessed {
                 (found, result)
             } else {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Target, is_noise};
+use crate::estimate::hypothesis::is_noise;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -53,10 +53,6 @@ const LONGEST_PART: f64 = 1.0 / 12.0;
 /// Steps of a fit from each, and more of the best of each structure.
 const STEPS: usize = 4;
 const MORE_STEPS: usize = 15;
-/// Random loads that the fits begin with, as logarithms of their part of the drive: under a large one alone a plant that swings is taken for its load.
-const LOADS: [f64; 2] = [-2.0, -6.0];
-/// Starts of each structure that go on, of which the best is taken to all samples.
-const GO_ON: usize = 3;
 /// Samples that are enough to tell which time constant to begin with, and the coarsest of them, in samples of the recording.
 const ENOUGH: usize = 5_000;
 const COARSEST: usize = 6;
@@ -218,7 +214,7 @@ impl Identification<'_> {
                 let mut found = coarse.hypothesis.realise(&coarse.point)?.model;
                 let term = self.beside.and_then(|_| found.physics.pop());
                 let finer = Identification { beside: term.as_ref(), ..*self };
-                finer.fitted(found.plant, load_of(coarse), MORE_STEPS).map(|fit| (structure, fit))
+                finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
             })
             .collect();
         fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
@@ -242,7 +238,7 @@ impl Identification<'_> {
         loops
     }
 
-    /// Fits of all structures, with their structures, from the best of all their time constants; long recordings in coarser samples.
+    /// Short fits of all structures from all their time constants, with their structures; long recordings in coarser samples.
     fn begun(&self) -> Vec<(usize, Fit)> {
         let longest = self.until.iter().max().copied().unwrap_or(0);
         let factor = (longest / ENOUGH).clamp(1, COARSEST);
@@ -254,29 +250,15 @@ impl Identification<'_> {
         let coarser = Identification { model: &model, of: &of, until: &until, ..*self };
         let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
         let plants = structures(&measure::scales(&model, &of), &of, &signs).into_par_iter().enumerate();
-        let begun = plants
+        plants
             .filter(|(_, plant)| units::suit(&model.units, plant))
             .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))
-            .flat_map_iter(|(i, plant)| LOADS.map(|load| (i, plant.clone(), load)))
-            .filter_map(|(i, plant, load)| Some((i % STRUCTURES, coarser.fitted(plant, load, STEPS)?)));
-        let mut begun: Vec<(usize, Fit)> = begun.collect();
-        begun.sort_by(|(_, a), (_, b)| a.objective().total_cmp(&b.objective()));
-        let of_each = (0..STRUCTURES)
-            .flat_map(|structure| begun.iter().filter(move |(of, _)| *of == structure).take(GO_ON).cloned());
-        // Few steps don't tell a slow start from one that leads nowhere.
-        let mut on: Vec<(usize, Fit)> = of_each.collect();
-        on.par_iter_mut().for_each(|(_, fit)| coarser.go_on(fit));
-        on
+            .filter_map(|(i, plant)| Some((i % STRUCTURES, coarser.fitted(plant, STEPS)?)))
+            .collect()
     }
 
-    /// More steps of a fit.
-    fn go_on(&self, fit: &mut Fit) {
-        let data = Data::new(&fit.hypothesis, self.of.to_vec(), self.until.to_vec());
-        fit.descend(&data, MORE_STEPS, &[]);
-    }
-
-    /// A fit from a plant and a random load of this size.
-    fn fitted(&self, plant: Plant, load: f64, steps: usize) -> Option<Fit> {
+    /// A fit from a plant and a random load of middling size.
+    fn fitted(&self, plant: Plant, steps: usize) -> Option<Fit> {
         let model = Loop { plant, ..self.model.clone() };
         let plain = super::hypothesis(&model, self.of, self.options);
         let hypothesis = match self.beside {
@@ -284,17 +266,11 @@ impl Identification<'_> {
             None => plain,
         };
         let data = Data::new(&hypothesis, self.of.to_vec(), self.until.to_vec());
-        let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), load, -1.0 / 100.0, 0.0);
+        let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
         let mut fit = Fit::at(&hypothesis, &point, &data)?;
         fit.descend(&data, steps, &[]);
         Some(fit)
     }
-}
-
-/// The random load of a fit, as a logarithm; no smaller than fits begin with, for below that nothing says that it is too small.
-fn load_of(fit: &Fit) -> f64 {
-    let size = fit.hypothesis.place(Target::LoadSize).and_then(|i| fit.point.x.get(i)).copied();
-    size.unwrap_or(LOADS[0]).max(LOADS[1])
 }
 
 /// Correlation of the changes of u with those of the error from which a law is taken to act on the error.

@@ -12,7 +12,6 @@ use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
 use super::rivals::{self, Field, Rival, Round, field};
-use super::units;
 
 /// Steps of a fit without one of the terms.
 const REFIT_STEPS: usize = 10;
@@ -21,8 +20,8 @@ const REFIT_STEPS: usize = 10;
 const LEAST_INDEPENDENT: f64 = 0.6;
 const HOPELESS: f64 = 0.02;
 
-/// Terms that an unknown plant may have of its own.
-const OWN_TERMS: usize = 2;
+/// Late responses that a plant may have of its own.
+const OWN_LAGS: usize = 2;
 
 /// The search on one nominal fit.
 pub struct Search<'a> {
@@ -30,7 +29,7 @@ pub struct Search<'a> {
     pub data: &'a Data,
     /// The numbers that decide.
     pub options: &'a Options,
-    /// Whether a late response is the plant's own, and a spring where no unit tells of a mass: nothing tells how the plant was.
+    /// Whether a late response is the plant's own: nothing tells how late it was.
     pub is_plant_open: bool,
 }
 
@@ -152,7 +151,7 @@ impl Search<'_> {
             let Some(next) = field(&best, self.data, Round::Later) else { break };
             let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
             let decision = self.decide(&next, self.options.least_share * strongest);
-            if self.is_plant_open && names_its_own(&decision, &next).is_some() {
+            if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
                 break;
             }
             let before = found.named.len();
@@ -166,12 +165,12 @@ impl Search<'_> {
         }
     }
 
-    /// A field beside a plant to which the terms belong that lead one after the other and are as well its own.
-    pub fn with_own_terms(&self, mut field: Field) -> Field {
-        for _ in 0..OWN_TERMS {
+    /// A field beside a plant to which the late responses belong that lead one after the other.
+    pub fn with_own_lags(&self, mut field: Field) -> Field {
+        for _ in 0..OWN_LAGS {
             let decision = self.decide(&field, 0.0);
-            let own = names_its_own(&decision, &field).filter(|_| self.is_plant_open);
-            let Some(base) = own.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
+            let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
+            let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
             let Some(next) = rivals::field(&base, self.data, Round::First) else { break };
             field = next;
         }
@@ -351,16 +350,10 @@ fn is_at_an_end(fit: &Fit) -> bool {
     last.is_some_and(|last| fit.hypothesis.is_at_an_end(last, &fit.point))
 }
 
-/// The rival that a decision names, where an unknown plant has it of its own: a late response; or a spring, where no unit says that y is a mass's position
-/// or speed (a plant that swings is as well described without a mass).
-fn names_its_own<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
+/// The rival that a decision names, where it is a late response.
+fn names_a_lag<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
     let (place, _) = decision.named.as_ref()?;
-    let is_own = |rival: &&Rival| match rival.kind.family {
-        Some(Family::Lag) => true,
-        Some(Family::Spring) => !units::are_of_a_mass(&rival.fit.hypothesis.model.units),
-        _ => false,
-    };
-    field.rivals.get(*place).filter(is_own)
+    field.rivals.get(*place).filter(|rival| rival.kind.family == Some(Family::Lag))
 }
 
 /// Part of the drive's variance that is u's.

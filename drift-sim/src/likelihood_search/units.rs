@@ -22,12 +22,6 @@ pub fn is_known(unit: &str) -> bool {
     lists.iter().any(|list| list.contains(&lower.as_str()))
 }
 
-/// Whether y is a mass's position or speed by its unit.
-pub fn are_of_a_mass(units: &Units) -> bool {
-    let y = units.y.as_deref().map(|y| y.trim().to_lowercase());
-    y.is_some_and(|y| OF_POSITIONS.contains(&y.as_str()) || OF_SPEEDS.contains(&y.as_str()))
-}
-
 /// Whether a plant's y may have the loop's unit; true where the unit says nothing.
 pub fn suit(units: &Units, plant: &Plant) -> bool {
     let Some(y) = units.y.as_deref().map(str::trim) else { return true };
@@ -58,7 +52,7 @@ pub fn beside(plant: &Plant, units: &Units) -> Units {
 
 #[cfg(test)]
 mod tests {
-    use super::{are_of_a_mass, beside, suit};
+    use super::{beside, suit};
     use crate::physics::Units;
     use crate::plant::{FirstOrder, Output, Plant, Servo};
 
@@ -77,8 +71,6 @@ mod tests {
         assert_eq!(suits("1"), [true; 3]);
         assert_eq!(suits("%"), [true; 3]);
         assert!(suit(&Units::default(), &lag));
-        assert_eq!(["mm", "rpm", "degC", "1"].map(|y| are_of_a_mass(&of(y))), [true, true, false, false]);
-        assert!(!are_of_a_mass(&Units::default()));
     }
 
     #[test]

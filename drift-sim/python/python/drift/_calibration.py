@@ -245,7 +245,7 @@ def calibrate(
     >>> healthy = drift.simulate(loop, duration_s=400_000, **levels).to_recording()
     >>> calibration = drift.calibrate(healthy, window_s=1000.0)
     >>> calibration.answer.status
-    'healthy'
+    'learnt'
     >>> calibration.baseline
     <Baseline: windows of 1000 s, a decision every 1000 s>
     """

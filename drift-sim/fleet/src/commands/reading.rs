@@ -97,7 +97,11 @@ impl Reading {
     }
 }
 
-fn bytes(text: &str) -> std::result::Result<u64, String> {
+/// A number of bytes, as `--memory-limit` has it: `500M`, `4G`.
+///
+/// # Errors
+/// It is no number of bytes, or less than 1M.
+pub fn bytes(text: &str) -> std::result::Result<u64, String> {
     let lower = text.trim().to_lowercase();
     let number = lower.trim_end_matches(['k', 'm', 'g']);
     let shift = match lower.get(number.len()..).unwrap_or_default() {

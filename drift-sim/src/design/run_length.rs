@@ -18,6 +18,9 @@ const LARGEST_WORK: usize = 2_000_000_000;
 const LONGEST_STEP: f64 = 12.0;
 /// The hazard has settled when it changes by less than this, relatively, a step.
 const SETTLED: f64 = 1e-13;
+/// The same where only [`FAR`] counts. A hazard that changes by less has some 1e-6 of the probability of an alarm left to lose, while
+/// rounding keeps many a chart from ever changing by less than [`SETTLED`]: it would be followed to the end.
+const NEARLY_SETTLED: f64 = 1e-8;
 
 /// Nodes a panel that tell the probability of an alarm to six digits.
 const FEW_NODES: usize = 10;
@@ -43,26 +46,33 @@ impl RunLength {
 
     /// One side from the starting value `start`.
     pub(crate) fn of_chain(chain: &Chain, start: f64) -> Self {
-        Self::followed(chain, start, u64::MAX, |_| false)
+        Self::followed(chain, start, u64::MAX, Builder::until(SETTLED), |_| false)
     }
 
     /// Whether an alarm within so many decisions has at least this probability, for one side from the starting value `start`. Few
     /// nodes tell, a tenth of the work, unless the probability is near that of an alarm.
     pub(crate) fn alarms_within(walk: Walk, start: f64, decisions: u64, probability: f64) -> bool {
-        let alarm_within = |chain: &Chain, enough: f64| {
-            let followed = Self::followed(chain, start, decisions, |so_far| so_far.has_reached(enough));
+        let alarm_within = |chain: &Chain, settled: f64, enough: f64| {
+            let is_enough = |so_far: &Builder| so_far.has_reached(enough);
+            let followed = Self::followed(chain, start, decisions, Builder::until(settled), is_enough);
             followed.alarm_within(decisions)
         };
-        let roughly = alarm_within(&walk.discretise_with(FEW_NODES), probability + FAR);
+        let roughly = alarm_within(&walk.discretise_with(FEW_NODES), NEARLY_SETTLED, probability + FAR);
         if (roughly - probability).abs() >= FAR {
             return roughly >= probability;
         }
-        alarm_within(&walk.discretise(), probability) >= probability
+        alarm_within(&walk.discretise(), SETTLED, probability) >= probability
     }
 
     /// One side for so many decisions, or until enough is known; whoever asks for less gets a distribution of which the rest is
     /// extrapolated.
-    fn followed(chain: &Chain, start: f64, decisions: u64, is_enough: impl Fn(&Builder) -> bool) -> Self {
+    fn followed(
+        chain: &Chain,
+        start: f64,
+        decisions: u64,
+        mut builder: Builder,
+        is_enough: impl Fn(&Builder) -> bool,
+    ) -> Self {
         let moves = chain.moves_into_nodes(LONGEST_STEP);
         let work: usize = moves.iter().map(Band::len).sum();
         let follow = LONGEST_FOLLOWED.min(LARGEST_WORK / work.max(1)).max(1);
@@ -73,7 +83,6 @@ impl RunLength {
         let falls: Vec<f64> = chain.nodes.iter().map(|n| walk.falls(n.at)).collect();
         let from_origin: Vec<f64> = chain.moves(0.0).collect();
 
-        let mut builder = Builder::default();
         builder.push(walk.leaves_up(start));
         let mut mass: Vec<f64> = chain.moves(start).collect();
         let mut next = vec![0.0; mass.len()];
@@ -99,7 +108,7 @@ impl RunLength {
         let mut down_ends = [down.0.pmf(), down.1.pmf()];
         let (mut g_up, mut g_down) = (Vec::new(), Vec::new());
         let (mut first_up, mut first_down): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let mut builder = Builder::default();
+        let mut builder = Builder::until(SETTLED);
         while !builder.is_settled() && builder.len() < LONGEST_FOLLOWED {
             let after_down = convolved(&first_down, &g_up);
             let after_up = convolved(&first_up, &g_down);
@@ -168,19 +177,24 @@ fn convolved(a: &[f64], g: &[f64]) -> f64 {
 }
 
 /// Collects P(N = n) until the hazard has settled.
-#[derive(Default)]
 struct Builder {
     ends: Vec<f64>,
     survives: Vec<f64>,
     hazard: f64,
+    /// The relative change of the hazard that counts as none.
+    settled: f64,
     settled_for: usize,
 }
 
 impl Builder {
+    fn until(settled: f64) -> Self {
+        Self { ends: Vec::new(), survives: Vec::new(), hazard: 0.0, settled, settled_for: 0 }
+    }
+
     fn push(&mut self, ends: f64) {
         let before = self.survives.last().copied().unwrap_or(1.0);
         let hazard = if before > 0.0 { (ends / before).min(1.0) } else { 1.0 };
-        let still = hazard > 0.0 && (hazard - self.hazard).abs() <= SETTLED * hazard;
+        let still = hazard > 0.0 && (hazard - self.hazard).abs() <= self.settled * hazard;
         self.settled_for = if still { self.settled_for + 1 } else { 0 };
         self.hazard = hazard;
         self.ends.push(ends);

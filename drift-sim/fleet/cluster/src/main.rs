@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use datafusion::prelude::SessionContext;
+use drift_fleet::commands::reading::Reading;
 use drift_fleet::commands::{monitor, sql};
 use drift_fleet_cluster::executor::Executor;
 use drift_fleet_cluster::{client, start};
@@ -98,12 +100,16 @@ async fn work(command: &Command) -> Result<ExitCode> {
         Command::Start(arguments) => start::run(arguments).await,
         Command::Monitor(asked) => {
             let Monitor { arguments, cluster } = asked.as_ref();
-            let session = client::session(&cluster.scheduler, &arguments.reading.engine()).await?;
+            if arguments.reports().is_some_and(|reports| reports.all) {
+                let what = "--reports all: executors write no pages of single loops";
+                return Err(Error::new(what).allowed("`drift fleet monitor`, or --report alone"));
+            }
+            let session = session(cluster, &arguments.reading).await?;
             arguments.run_on(&session, None).await
         }
         Command::Sql(asked) => {
             let Sql { arguments, cluster } = asked.as_ref();
-            let session = client::session(&cluster.scheduler, &arguments.reading.engine()).await?;
+            let session = session(cluster, &arguments.reading).await?;
             arguments.run_on(&session).await
         }
         Command::Executor(worker) => {
@@ -119,6 +125,14 @@ async fn work(command: &Command) -> Result<ExitCode> {
             }
         }
     }
+}
+
+async fn session(cluster: &Cluster, reading: &Reading) -> Result<SessionContext> {
+    if reading.source().is_sorted {
+        let what = "--sorted takes the rows in their order, by one executor";
+        return Err(Error::new(what).allowed("without it they are divided among all, and sorted there"));
+    }
+    client::session(&cluster.scheduler, &reading.engine()).await
 }
 
 /// Returns when the process that started this one is gone: nothing is ever written to standard input.

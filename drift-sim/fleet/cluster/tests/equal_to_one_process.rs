@@ -235,16 +235,39 @@ async fn an_executor_killed_with_verdicts_in_its_hands_costs_no_loop() {
 }
 
 #[test]
-fn without_a_scheduler_the_answer_is_one_line() {
+fn what_a_cluster_cannot_do_is_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("rows.csv");
     std::fs::write(&file, "tag,t,SP,PV,OP\nA,0,1,1,1\nA,1,1,1,1\n").unwrap();
     // Bound and given back: nobody listens there.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    for (asked, answer) in [
+        ("sql rows.csv --query 1", "no scheduler at 127.0.0.1:"),
+        (
+            "sql rows.csv --query 1 --sorted",
+            "--sorted takes the rows in their order, by one executor; without it",
+        ),
+        (
+            "monitor rows.csv --baselines . --report x.html --reports all",
+            "--reports all: executors write no pages",
+        ),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drift-fleet-cluster"));
+        command.current_dir(&folder).args(asked.split(' ')).args(["--loop-column", "tag", "--scheduler"]);
+        let said = command.arg(format!("127.0.0.1:{port}")).output().unwrap();
+        assert_eq!(said.status.code(), Some(1));
+        let said = String::from_utf8(said.stderr).unwrap();
+        assert!(said.starts_with(&format!("error: {answer}")) && said.lines().count() == 1, "{said}");
+    }
+    // A port that is taken.
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
     let mut command = Command::new(env!("CARGO_BIN_EXE_drift-fleet-cluster"));
-    command.args(["sql", "--loop-column", "tag", "--query", "SELECT 1", "--scheduler"]);
-    let said = command.arg(format!("127.0.0.1:{port}")).arg(&file).output().unwrap();
+    let said = command.args(["start", "--port", &port]).output().unwrap();
     assert_eq!(said.status.code(), Some(1));
     let said = String::from_utf8(said.stderr).unwrap();
-    assert!(said.starts_with("error: no scheduler at 127.0.0.1:") && said.lines().count() == 1, "{said}");
+    assert!(
+        said.starts_with(&format!("error: port {port} of 127.0.0.1: ")) && said.lines().count() == 1,
+        "{said}"
+    );
 }

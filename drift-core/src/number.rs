@@ -53,6 +53,10 @@ pub trait Number: Copy + PartialOrd + core::fmt::Debug + sealed::Sealed + 'stati
     /// True only if all three are admissible; may be false for admissible ones close to the limit. The tick path
     /// asks this first.
     fn surely_admissible(r: Self, y: Self, u: Self) -> bool;
+    /// Adds what r, y and u amount to, for [`Number::all_admissible`].
+    fn add_size(size: &mut Self::Sum, r: Self, y: Self, u: Self);
+    /// True only if all whose sizes were added are surely admissible; false for some admissible ones far above what loops have.
+    fn all_admissible<const K: usize>(sizes: [Self::Sum; K]) -> bool;
     /// `sum += term`.
     fn add_sum(sum: &mut Self::Sum, term: Self::Sum);
     /// Adds a strip to the block; nothing to do where sums are exact.
@@ -149,6 +153,15 @@ impl Number for f32 {
             // within a factor of two: its magnitude is needed anyway.
             (r - y).abs() + y.abs() + u.abs() <= 0.5 * Self::LIMIT
         }
+    }
+    #[inline(always)]
+    fn add_size(size: &mut f32, r: f32, y: f32, u: f32) {
+        *size += (r - y).abs() + y.abs() + u.abs();
+    }
+    #[inline(always)]
+    fn all_admissible<const K: usize>(sizes: [f32; K]) -> bool {
+        // None is negative, so none is larger than the sum; a NaN makes a NaN of it.
+        sizes.iter().sum::<f32>() <= 0.5 * Self::LIMIT
     }
     #[inline(always)]
     fn add_sum(sum: &mut f32, term: f32) {
@@ -262,6 +275,14 @@ impl Number for i32 {
     #[inline(always)]
     fn surely_admissible(r: i32, y: i32, u: i32) -> bool {
         r.admissible() && y.admissible() && u.admissible()
+    }
+    #[inline(always)]
+    fn add_size(refused: &mut i64, r: i32, y: i32, u: i32) {
+        *refused |= i64::from(!Self::surely_admissible(r, y, u));
+    }
+    #[inline(always)]
+    fn all_admissible<const K: usize>(refused: [i64; K]) -> bool {
+        refused.iter().all(|refused| *refused == 0)
     }
     #[inline(always)]
     fn add_sum(sum: &mut i64, term: i64) {

@@ -3,9 +3,9 @@
 
 use drift_core::{
     AllDetectors, Baseline, Blanking, Blanks, Channel, ChannelKind, Config, ConfigError, Cusum, Decision,
-    Detector, DetectorState, Detectors, Everything, Ewma, Excluded, Full, FullMonitor, Iae, Index, Indices,
-    Input, Location, Memory, Monitor, OperatingPoint, Options, Pair, PairMonitor, Plan, Refitted,
-    Remembering, Report, Saturation, Shewhart, Smallest, Sprt, Tumbling, Verdict, WindowStatus,
+    Detector, DetectorState, Detectors, Everything, Ewma, Excluded, Full, FullMonitor, Iae, Index, IndexSet,
+    Indices, Input, Itse, Location, Memory, Monitor, OperatingPoint, Options, Pair, PairMonitor, Plan,
+    Refitted, Remembering, Report, Saturation, Shewhart, Smallest, Sprt, Tumbling, Verdict, WindowStatus,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -53,6 +53,33 @@ fn reports<const C: usize>(
     inputs.into_iter().filter_map(|i| monitor.tick_input(i).map(|r| text(*r))).collect()
 }
 
+fn long_blocks<const C: usize>(ticks: u32, limited: bool, channels: [Channel; C]) -> Config<f32, C> {
+    let config = Config::new(0.001, ticks, 3, channels);
+    if limited { config.with_blanking(20.0, 5).with_saturation(-50.0, 50.0) } else { config }
+}
+
+/// Reports and what is remembered are the same, one sample at a time and in slices of these lengths.
+fn same_in_slices<S: IndexSet<f32>, const C: usize>(
+    config: Config<f32, C>,
+    samples: &[[f32; 3]],
+    cuts: &[usize],
+) {
+    let mut single = Monitor::<f32, S, Everything<8>, C>::new(config).unwrap();
+    let mut sliced = single;
+    let ticked = samples.iter().filter_map(|&[r, y, u]| single.tick(r, y, u).map(|said| format!("{said:?}")));
+    let one_by_one: Vec<_> = ticked.collect();
+    let column = |i: usize| samples.iter().map(|s| s[i]).collect::<Vec<_>>();
+    let (r, y, u) = (column(0), column(1), column(2));
+    let (mut from, mut in_slices) = (0usize, Vec::new());
+    for cut in cuts.iter().chain([&usize::MAX]) {
+        let to = from.saturating_add(*cut).min(samples.len());
+        sliced.ticks(&r[from..to], &y[from..to], &u[from..to], |said| in_slices.push(format!("{said:?}")));
+        from = to;
+    }
+    assert_eq!(one_by_one, in_slices);
+    assert_eq!(format!("{:?}", single.state()), format!("{:?}", sliced.state()));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig {
         rng_seed: RngSeed::Fixed(1),
@@ -79,36 +106,26 @@ proptest! {
         prop_assert_eq!(one_by_one, in_slices);
     }
 
-    /// The same of long blocks, whose strips are summed side by side where nothing rare happens: with limits of u, steps of r and
-    /// hostile numbers anywhere.
+    /// The same of long blocks, whose strips are summed side by side where nothing rare happens: with and without limits of u and
+    /// steps of r, with hostile and very large numbers anywhere.
     #[test]
     fn long_blocks_do_not_depend_on_the_split(
         cuts in prop::collection::vec(1usize..900, 1..20),
         block in 33u32..400,
-        rare in prop::collection::vec((0usize..6000, 0usize..5), 0..12),
+        rare in prop::collection::vec((0usize..6000, 0usize..6), 0..12),
+        limited in any::<bool>(),
         seed in 0u64..1000,
     ) {
-        let config = Config::new(0.001, block, 3, channels()).with_blanking(20.0, 5).with_saturation(-50.0, 50.0);
         let mut samples = noise(6000, seed);
         for (at, what) in rare {
             let (column, value) =
-                [(0, 30.0), (1, f32::NAN), (2, 50.0), (1, -0.0), (0, f32::INFINITY)][what];
+                [(0, 30.0), (1, f32::NAN), (2, 50.0), (1, -0.0), (0, f32::INFINITY), (2, -9e11)][what];
             samples[at][column] = value;
         }
-        let column = |i: usize| samples.iter().map(|s| s[i]).collect::<Vec<_>>();
-        let (r, y, u) = (column(0), column(1), column(2));
-        let mut single = FullMonitor::<f32, 8>::new(config).unwrap();
-        let one_by_one: Vec<_> =
-            samples.iter().filter_map(|&[r, y, u]| single.tick(r, y, u).map(|r| format!("{r:?}"))).collect();
-        let mut sliced = FullMonitor::<f32, 8>::new(config).unwrap();
-        let (mut from, mut in_slices) = (0usize, Vec::new());
-        for cut in cuts.into_iter().chain([usize::MAX]) {
-            let to = from.saturating_add(cut).min(samples.len());
-            sliced.ticks(&r[from..to], &y[from..to], &u[from..to], |report| in_slices.push(format!("{report:?}")));
-            from = to;
-        }
-        prop_assert_eq!(one_by_one, in_slices);
-        prop_assert_eq!(format!("{:?}", single.state()), format!("{:?}", sliced.state()));
+        let pair = |index| [watched(ChannelKind::EnergyError(index))];
+        same_in_slices::<Full, 3>(long_blocks(block, limited, channels()), &samples, &cuts);
+        same_in_slices::<Pair<Iae>, 1>(long_blocks(block, limited, pair(Index::Iae)), &samples, &cuts);
+        same_in_slices::<Pair<Itse>, 1>(long_blocks(block, limited, pair(Index::Itse)), &samples, &cuts);
     }
 
     #[test]

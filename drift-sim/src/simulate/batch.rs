@@ -150,8 +150,10 @@ fn exact_order(body: &Body) -> Option<usize> {
 fn step_of<const M: usize, const N: usize>(plant: &Exact<M>) -> Option<LinearStep<N>> {
     let same = |of: &[f64; M]| -> Option<[f64; N]> { of.as_slice().try_into().ok() };
     let mut phi = [[0.0; N]; N];
-    for (row, own) in phi.iter_mut().zip(&plant.phi) {
-        *row = same(own)?;
+    for (at, column) in plant.phi.iter().enumerate() {
+        for (row, entry) in phi.iter_mut().zip(same(column)?) {
+            *row.get_mut(at)? = entry;
+        }
     }
     Some(LinearStep {
         phi,

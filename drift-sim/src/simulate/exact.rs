@@ -8,6 +8,7 @@ use crate::plant::zero_order_hold::discretise;
 /// A plant of at most N states; those that it does not have stay at zero.
 #[derive(Debug, Clone)]
 pub(super) struct Exact<const N: usize> {
+    /// The state matrix, column by column.
     pub(super) phi: [[f64; N]; N],
     pub(super) older: [f64; N],
     pub(super) newer: [f64; N],
@@ -24,24 +25,34 @@ fn padded<const N: usize>(values: &[f64]) -> [f64; N] {
     std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
 }
 
-/// A matrix times a vector.
-#[inline]
-fn times<const N: usize>(matrix: &[[f64; N]; N], x: &[f64; N]) -> [f64; N] {
-    std::array::from_fn(|row| matrix[row].iter().zip(x).map(|(m, x)| m * x).sum())
+/// A matrix, given column by column, times a vector. Each row is added up from its first column on, from a negative zero, which changes no
+/// number. By columns each number of x is read by itself: a pair that straddles two stores of the sample before would wait for both.
+#[inline(always)]
+fn times<const N: usize>(columns: &[[f64; N]; N], x: &[f64; N]) -> [f64; N] {
+    let mut sums = [-0.0; N];
+    for (column, x) in columns.iter().zip(x) {
+        for (sum, m) in sums.iter_mut().zip(column) {
+            *sum += m * x;
+        }
+    }
+    sums
 }
 
 impl<const N: usize> Exact<N> {
     /// The steps for an input that changes after `part` of the sample.
     pub fn new(plant: &StateSpace, sample_time_s: f64, part: f64) -> Result<Self> {
         let n = plant.order();
-        let rows =
-            |phi: &[f64]| std::array::from_fn(|row| padded(phi.get(row * n..(row + 1) * n).unwrap_or(&[])));
+        let entry = |phi: &[f64], row: usize, column: usize| {
+            phi.get(row * n + column).filter(|_| column < n).copied().unwrap_or(0.0)
+        };
+        let columns =
+            |phi: &[f64]| std::array::from_fn(|column| std::array::from_fn(|row| entry(phi, row, column)));
         let whole = discretise(plant, sample_time_s)?;
         let first = discretise(plant, part * sample_time_s)?;
         let rest = discretise(plant, (1.0 - part) * sample_time_s)?;
-        let older = times(&rows(&rest.phi), &padded(&first.gamma));
+        let older = times(&columns(&rest.phi), &padded(&first.gamma));
         Ok(Self {
-            phi: rows(&whole.phi),
+            phi: columns(&whole.phi),
             older,
             newer: padded(&rest.gamma),
             c: padded(&plant.c),

@@ -209,6 +209,8 @@ impl Simulation {
         self.general_step(r, inputs)
     }
 
+    // Apart: the straight path would save registers that only this one needs.
+    #[inline(never)]
     fn general_step(&mut self, r: f64, inputs: &[f64]) -> Step {
         self.change();
         let (true_y, y) = self.measure(inputs);

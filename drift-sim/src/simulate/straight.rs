@@ -70,6 +70,12 @@ impl Simulation {
             self.tick += 1;
             return step;
         }
+        self.longer_straight_step(r)
+    }
+
+    /// The same of a loop that is not the paper's, or at a sample that its path leaves.
+    #[inline(never)]
+    fn longer_straight_step(&mut self, r: f64) -> Step {
         let y = self.body.output(self.held_drive);
         let u = self.law.step(r, y);
         let w = if self.line.is_short() { u } else { self.line.push(u).1 };

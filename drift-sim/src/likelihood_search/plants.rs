@@ -216,6 +216,7 @@ impl Identification<'_> {
                 let finer = Identification { beside: term.as_ref(), ..*self };
                 finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
             })
+            .filter(|(_, fit)| !drifts(fit))
             .collect();
         fits.sort_by(|(_, a), (_, b)| objective(a).total_cmp(&objective(b)));
         let Some(best) = fits.first().map(|(_, fit)| objective(fit)) else { return Vec::new() };
@@ -271,6 +272,17 @@ impl Identification<'_> {
         fit.descend(&data, steps, &[]);
         Some(fit)
     }
+}
+
+/// Whether a plant that may swing does not, and has a mode slower than the recording: a load that drifts, in the guise of a plant.
+fn drifts(fit: &Fit) -> bool {
+    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return true };
+    let Plant::StateSpace(StateSpace { a, .. }) = &realised.model.plant else { return false };
+    let [first, second] = a.as_slice() else { return false };
+    let ([p, q], [r, s]) = (first.as_slice(), second.as_slice()) else { return false };
+    let (middle, determinant) = (0.5 * (p + s), p * s - q * r);
+    let apart = middle * middle - determinant;
+    apart >= 0.0 && (middle + libm::sqrt(apart)) * fit.hypothesis.scales.duration_s > -1.0
 }
 
 /// Correlation of the changes of u with those of the error from which a law is taken to act on the error.

@@ -252,6 +252,11 @@ impl Search<'_> {
         let decision = self.decide(&again, 0.0);
         let Some((place, tied)) = decision.named else { return };
         let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };
+        // Without the first term the second may be lost in what is left: what was found beside it explains less then than both did.
+        let priced = |fit: &Fit, candidate: usize| fit.objective() + 2.0 * cost_of(fit, candidate);
+        if priced(fit, 1) > priced(&best, 0) + 2.0 * self.options.margin {
+            return;
+        }
         let gain = decision.scored.iter().find(|s| s.place == place).map_or(0.0, |s| s.score);
         found.best = Some(fit.clone());
         // The order of the candidates is that of the fit: the second comes first now.

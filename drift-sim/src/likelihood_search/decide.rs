@@ -78,7 +78,7 @@ pub fn decide(field: &Field, options: &Options, least: f64, is_colored: bool) ->
     // makes a kind likelier by itself.
     let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
     // Of one family two kinds differ by what a model that is not exact may get wrong.
-    let inexact = 2.0 * (options.least_share * best.gain).max(options.margin);
+    let inexact = (options.inexact_share * best.gain).max(2.0 * options.margin);
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)

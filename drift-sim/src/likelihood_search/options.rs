@@ -12,6 +12,8 @@ pub struct Options {
     pub least_gain: f64,
     /// Part of the strongest term's gain that a further one must have: no model of the first is exact.
     pub least_share: f64,
+    /// Part of the best kind's gain by which another of its family may be behind it: no model of either is exact.
+    pub inexact_share: f64,
     /// Log-likelihood by which the best kind (or family of kinds) must lead all others to be named.
     pub margin: f64,
     /// Part of a hold-out of its own, and of a recording without one, that a fit may see.
@@ -31,7 +33,8 @@ impl Default for Options {
         Self {
             priors: Priors::default(),
             least_gain: 4.0,
-            least_share: 0.01,
+            least_share: 0.005,
+            inexact_share: 0.02,
             margin: 5.0,
             seen_of_holdout: 0.5,
             seen_of_recording: 0.7,

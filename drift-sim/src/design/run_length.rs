@@ -46,7 +46,7 @@ impl RunLength {
 
     /// One side from the starting value `start`.
     pub(crate) fn of_chain(chain: &Chain, start: f64) -> Self {
-        Self::followed(chain, start, u64::MAX, Builder::until(SETTLED), |_| false)
+        Self::followed(chain, start, u64::MAX, SETTLED, |_| false)
     }
 
     /// Whether an alarm within so many decisions has at least this probability, for one side from the starting value `start`. Few
@@ -54,7 +54,7 @@ impl RunLength {
     pub(crate) fn alarms_within(walk: Walk, start: f64, decisions: u64, probability: f64) -> bool {
         let alarm_within = |chain: &Chain, settled: f64, enough: f64| {
             let is_enough = |so_far: &Builder| so_far.has_reached(enough);
-            let followed = Self::followed(chain, start, decisions, Builder::until(settled), is_enough);
+            let followed = Self::followed(chain, start, decisions, settled, is_enough);
             followed.alarm_within(decisions)
         };
         let roughly = alarm_within(&walk.discretise_with(FEW_NODES), NEARLY_SETTLED, probability + FAR);
@@ -70,7 +70,7 @@ impl RunLength {
         chain: &Chain,
         start: f64,
         decisions: u64,
-        mut builder: Builder,
+        settled: f64,
         is_enough: impl Fn(&Builder) -> bool,
     ) -> Self {
         let moves = chain.moves_into_nodes(LONGEST_STEP);
@@ -83,6 +83,7 @@ impl RunLength {
         let falls: Vec<f64> = chain.nodes.iter().map(|n| walk.falls(n.at)).collect();
         let from_origin: Vec<f64> = chain.moves(0.0).collect();
 
+        let mut builder = Builder::until(settled);
         builder.push(walk.leaves_up(start));
         let mut mass: Vec<f64> = chain.moves(start).collect();
         let mut next = vec![0.0; mass.len()];

@@ -4,8 +4,8 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use drift_fleet::commands::{calibrate, monitor, scan, sql};
-use drift_sim::{Error, Result};
+use drift_fleet::commands::{calibrate, monitor, run_to_end, scan, sql, until_interrupted};
+use drift_sim::Result;
 
 /// Many loops at once: Parquet and CSV, without holding the data.
 #[derive(Parser)]
@@ -31,27 +31,7 @@ enum Command {
 /// 0 done, 1 failed, 2 usage (clap's), 3 `--fail-on`.
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    match run(&arguments.command) {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(1)
-        }
-    }
-}
-
-fn run(command: &Command) -> Result<ExitCode> {
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-    let runtime = runtime.map_err(|e| Error::new(format!("no threads: {e}")))?;
-    runtime.block_on(async {
-        tokio::select! {
-            done = work(command) => done,
-            _ = tokio::signal::ctrl_c() => {
-                drift_sim::output::remove_unfinished();
-                std::process::exit(130)
-            }
-        }
-    })
+    run_to_end(until_interrupted(work(&arguments.command)))
 }
 
 async fn work(command: &Command) -> Result<ExitCode> {

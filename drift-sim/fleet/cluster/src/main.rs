@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 use datafusion::prelude::SessionContext;
 use drift_fleet::commands::reading::Reading;
-use drift_fleet::commands::{monitor, sql};
+use drift_fleet::commands::{monitor, run_to_end, sql, until_interrupted};
 use drift_fleet_cluster::executor::Executor;
 use drift_fleet_cluster::{client, start};
 use drift_sim::{Error, Result};
@@ -77,22 +77,7 @@ fn main() -> ExitCode {
     // Silent unless RUST_LOG asks.
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
     let arguments = Arguments::parse();
-    match run(&arguments.command) {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(1)
-        }
-    }
-}
-
-fn run(command: &Command) -> Result<ExitCode> {
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-    let runtime = runtime.map_err(|e| Error::new(format!("no threads: {e}")))?;
-    let done = runtime.block_on(work(command));
-    // What still waits for the network or for standard input must not hold the process.
-    runtime.shutdown_background();
-    done
+    run_to_end(work(&arguments.command))
 }
 
 async fn work(command: &Command) -> Result<ExitCode> {
@@ -105,12 +90,12 @@ async fn work(command: &Command) -> Result<ExitCode> {
                 return Err(Error::new(what).allowed("`drift fleet monitor`, or --report alone"));
             }
             let session = session(cluster, &arguments.reading).await?;
-            arguments.run_on(&session, None).await
+            until_interrupted(arguments.run_on(&session, None)).await
         }
         Command::Sql(asked) => {
             let Sql { arguments, cluster } = asked.as_ref();
             let session = session(cluster, &arguments.reading).await?;
-            arguments.run_on(&session).await
+            until_interrupted(arguments.run_on(&session)).await
         }
         Command::Executor(worker) => {
             let executor = Executor {

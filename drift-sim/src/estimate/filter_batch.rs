@@ -7,7 +7,7 @@
 // Loops over the indices of small arrays, several of them at a time: clearer than iterators over rows.
 #![allow(clippy::needless_range_loop)]
 
-use std::ops::{Add, Mul, Range, Sub};
+use std::ops::Range;
 use std::sync::Arc;
 
 use wide::f64x4;
@@ -15,12 +15,12 @@ use wide::f64x4;
 use crate::simulate::batch::Driven;
 use crate::simulate::{Simulation, Start};
 
+use super::driven::Memory;
+use super::filter_servo;
 use super::gains::Stretch;
 use super::innovations::{Filter, Innovations, SETTLING, simulation};
+use super::lanes::{LANES, Side};
 use super::signals::Signals;
-
-/// Points that run side by side.
-pub const LANES: usize = 4;
 
 /// Samples that are prepared at a time: few enough to stay near the processor.
 const BLOCK: usize = 128;
@@ -29,92 +29,124 @@ const BLOCK: usize = 128;
 pub type Started<'a> = (Filter<'a>, Start);
 
 /// The innovations of each filter over the samples in `counted` and those before; `None` where a loop can't be simulated or diverges.
-pub fn run(filters: &[Started<'_>], signals: &Signals, counted: &Range<usize>) -> Vec<Option<Innovations>> {
-    filters.chunks(LANES).flat_map(|chunk| side_by_side(chunk, signals, counted)).collect()
+pub fn run(
+    filters: &[Started<'_>],
+    signals: &Signals,
+    counted: &Range<usize>,
+    memory: &Memory,
+) -> Vec<Option<Innovations>> {
+    filters.chunks(LANES).flat_map(|chunk| side_by_side(chunk, signals, counted, memory)).collect()
 }
 
 fn side_by_side(
     filters: &[Started<'_>],
     signals: &Signals,
     counted: &Range<usize>,
+    memory: &Memory,
 ) -> Vec<Option<Innovations>> {
-    let lanes = filters.iter().map(|(filter, start)| {
-        let simulation = simulation(filter.model, start)?;
-        Some(Lane { order: simulation.linear_order()?, filter, simulation })
-    });
+    let lanes = filters
+        .iter()
+        .map(|(filter, start)| Some(Lane { filter, simulation: simulation(filter.model, start)? }));
     let lanes: Option<Vec<Lane<'_>>> = lanes.collect();
-    let order = |lanes: &[Lane<'_>]| {
-        let first = lanes.first()?.order;
-        lanes.iter().all(|lane| lane.order == first).then_some(first)
-    };
-    let Some((lanes, order)) =
-        lanes.and_then(|lanes| Some((order(&lanes)?, lanes))).map(|(n, lanes)| (lanes, n))
-    else {
-        return filters
-            .iter()
-            .map(|(filter, start)| filter.run(signals, start, counted.clone(), false))
-            .collect();
-    };
+    let alone =
+        || filters.iter().map(|(filter, start)| filter.run(signals, start, counted.clone(), false)).collect();
+    let Some(lanes) = lanes else { return alone() };
+    let order = lanes.first().and_then(|lane| lane.simulation.linear_order());
+    if lanes.iter().any(|lane| lane.simulation.linear_order() != order) {
+        return alone();
+    }
     match order {
-        1 => of_order::<1>(lanes, signals, counted),
-        2 => of_order::<2>(lanes, signals, counted),
-        3 => of_order::<3>(lanes, signals, counted),
-        _ => of_order::<4>(lanes, signals, counted),
+        Some(1) => of_order::<1>(lanes, signals, counted, memory),
+        Some(2) => of_order::<2>(lanes, signals, counted, memory),
+        Some(3) => of_order::<3>(lanes, signals, counted, memory),
+        Some(_) => of_order::<4>(lanes, signals, counted, memory),
+        None if !lanes.iter().all(|lane| lane.simulation.is_servo()) => alone(),
+        None if lanes.len() == 1 => filter_servo::run::<f64>(lanes, signals, counted, memory),
+        None => filter_servo::run::<f64x4>(lanes, signals, counted, memory),
     }
 }
 
 /// A filter with its loop, started.
-struct Lane<'a> {
-    filter: &'a Filter<'a>,
-    simulation: Simulation,
-    order: usize,
+pub struct Lane<'a> {
+    /// The filter.
+    pub filter: &'a Filter<'a>,
+    /// Its loop.
+    pub simulation: Simulation,
+}
+
+/// Samples cut where a plant, gains or anything else that is given changes.
+pub fn bounds(lanes: &[Lane<'_>], others: impl Iterator<Item = usize>, samples: usize) -> Vec<Range<usize>> {
+    let mut bounds: Vec<usize> = others.chain([0, samples]).collect();
+    for lane in lanes {
+        bounds.extend(lane.simulation.changes_at());
+        bounds.extend(lane.filter.gains.iter().map(|stretch| stretch.from));
+    }
+    bounds.retain(|bound| *bound <= samples);
+    bounds.sort_unstable();
+    bounds.dedup();
+    bounds.iter().zip(bounds.get(1..).unwrap_or(&[])).map(|(from, to)| *from..*to).collect()
+}
+
+/// The gains of each lane that hold from a sample on.
+pub fn started<'a>(lanes: &[Lane<'a>], sample: usize) -> Option<Vec<&'a Stretch>> {
+    lanes.iter().map(|lane| lane.filter.gains.iter().rev().find(|s| s.from <= sample)).collect()
+}
+
+/// The innovations of lanes as they come.
+pub struct Gone<T> {
+    counts_from: usize,
+    log_variances: T,
+    count: usize,
+    scaled: Vec<Vec<f64>>,
+}
+
+impl<T: Side> Gone<T> {
+    /// Nothing yet, of so many lanes and samples, of which those from one on count.
+    pub fn new(lanes: usize, samples: usize, counts_from: usize) -> Self {
+        let scaled = (0..lanes).map(|_| vec![0.0; samples]).collect();
+        Self { counts_from, log_variances: T::all(0.0), count: 0, scaled }
+    }
+
+    /// The innovations of a sample in which y was measured, over their deviations, and the logarithms of their variances.
+    #[inline(always)]
+    pub fn innovation(&mut self, sample: usize, scaled: T, log_variance: T) {
+        if sample < self.counts_from {
+            return;
+        }
+        self.log_variances = self.log_variances + log_variance;
+        self.count += 1;
+        for (lane, kept) in self.scaled.iter_mut().enumerate() {
+            if let Some(slot) = kept.get_mut(sample) {
+                *slot = scaled.lane(lane);
+            }
+        }
+    }
+
+    /// Those of each lane; a diverging run stays diverged: the last sample tells.
+    pub fn found(self) -> Vec<Option<Innovations>> {
+        let (log_variances, count) = (self.log_variances, self.count);
+        let innovations = |(lane, scaled): (usize, Vec<f64>)| {
+            scaled.last().is_some_and(|e| e.is_finite()).then(|| Innovations {
+                scaled,
+                log_variances: log_variances.lane(lane),
+                count,
+                ..Innovations::default()
+            })
+        };
+        self.scaled.into_iter().enumerate().map(innovations).collect()
+    }
 }
 
 fn of_order<const N: usize>(
     lanes: Vec<Lane<'_>>,
     signals: &Signals,
     counted: &Range<usize>,
+    memory: &Memory,
 ) -> Vec<Option<Innovations>> {
     if lanes.len() == 1 {
-        Run::<f64, N>::finished(lanes, signals, counted)
+        Run::<f64, N>::finished(lanes, signals, counted, memory)
     } else {
-        Run::<f64x4, N>::finished(lanes, signals, counted)
-    }
-}
-
-/// Numbers of all lanes, or of the only one.
-trait Side: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    /// The numbers of each lane.
-    fn of(each: impl Fn(usize) -> f64) -> Self;
-    /// The number of one lane.
-    fn lane(self, lane: usize) -> f64;
-
-    fn all(value: f64) -> Self {
-        Self::of(|_| value)
-    }
-}
-
-impl Side for f64 {
-    #[inline(always)]
-    fn of(each: impl Fn(usize) -> f64) -> Self {
-        each(0)
-    }
-
-    #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
-        self
-    }
-}
-
-impl Side for f64x4 {
-    #[inline(always)]
-    fn of(each: impl Fn(usize) -> f64) -> Self {
-        Self::from(std::array::from_fn::<f64, LANES, _>(each))
-    }
-
-    #[inline(always)]
-    fn lane(self, lane: usize) -> f64 {
-        self.to_array().get(lane).copied().unwrap_or(f64::NAN)
+        Run::<f64x4, N>::finished(lanes, signals, counted, memory)
     }
 }
 
@@ -176,7 +208,6 @@ struct Run<'a, T, const N: usize> {
     lanes: Vec<Lane<'a>>,
     driven: Vec<Arc<Driven>>,
     signals: &'a Signals,
-    counts_from: usize,
     samples: usize,
     has_sensor_terms: bool,
     x: [T; N],
@@ -184,9 +215,7 @@ struct Run<'a, T, const N: usize> {
     sensor: T,
     /// The drive held until now, but for the filter's load.
     held: T,
-    log_variances: T,
-    count: usize,
-    scaled: Vec<Vec<f64>>,
+    gone: Gone<T>,
 }
 
 impl<'a, T: Side, const N: usize> Run<'a, T, N> {
@@ -194,31 +223,35 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         lanes: Vec<Lane<'a>>,
         signals: &'a Signals,
         counted: &Range<usize>,
+        memory: &Memory,
     ) -> Vec<Option<Innovations>> {
         let count = lanes.len();
-        match Self::new(lanes, signals, counted).and_then(Self::over_all) {
-            Some(run) => run.found(),
+        match Self::new(lanes, signals, counted, memory).and_then(Self::over_all) {
+            Some(run) => run.gone.found(),
             None => vec![None; count],
         }
     }
 
-    fn new(mut lanes: Vec<Lane<'a>>, signals: &'a Signals, counted: &Range<usize>) -> Option<Self> {
+    fn new(
+        mut lanes: Vec<Lane<'a>>,
+        signals: &'a Signals,
+        counted: &Range<usize>,
+        memory: &Memory,
+    ) -> Option<Self> {
         let samples = counted.end.min(signals.len());
-        let driven = driven(&mut lanes, signals, samples);
+        let driven =
+            lanes.iter_mut().map(|lane| memory.driven(&mut lane.simulation, signals, samples)).collect();
         let zero = T::all(0.0);
         let mut run = Self {
             driven,
             signals,
-            counts_from: counted.start.max(SETTLING),
             samples,
             has_sensor_terms: lanes.iter().any(|lane| lane.simulation.has_sensor_terms()),
             x: [zero; N],
             load: zero,
             sensor: zero,
             held: zero,
-            log_variances: zero,
-            count: 0,
-            scaled: lanes.iter().map(|_| vec![0.0; samples]).collect(),
+            gone: Gone::new(lanes.len(), samples, counted.start.max(SETTLING)),
             lanes,
         };
         run.held = run.each(|lane| lane.simulation.drives().2);
@@ -235,26 +268,15 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
 
     /// Stretch by stretch; the plant and the law of the gains stay as they are in each.
     fn over_all(mut self) -> Option<Self> {
-        let mut bounds: Vec<usize> = vec![0, self.samples];
-        for lane in &self.lanes {
-            bounds.extend(lane.simulation.changes_at());
-            bounds.extend(lane.filter.gains.iter().map(|stretch| stretch.from));
-        }
-        bounds.retain(|bound| *bound <= self.samples);
-        bounds.sort_unstable();
-        bounds.dedup();
-        for pair in bounds.windows(2) {
-            if let [from, to] = pair {
-                self.stretch(*from..*to)?;
-            }
+        for stretch in bounds(&self.lanes, std::iter::empty(), self.samples) {
+            self.stretch(stretch)?;
         }
         Some(self)
     }
 
     fn stretch(&mut self, samples: Range<usize>) -> Option<()> {
         let moves = self.moves(samples.start)?;
-        let begun = |lane: &Lane<'a>| lane.filter.gains.iter().rev().find(|s| s.from <= samples.start);
-        let stretches: Vec<&Stretch> = self.lanes.iter().map(begun).collect::<Option<_>>()?;
+        let stretches = started(&self.lanes, samples.start)?;
         let settled = stretches.iter().map(|stretch| stretch.settled_from()).max()?;
         let settled = settled.clamp(samples.start, samples.end);
         for sample in samples.start..settled {
@@ -342,17 +364,10 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         } else {
             self.straight(moves, gains, &samples, (&drives, &mut scaled));
         }
-        for n in samples.start.max(self.counts_from)..samples.end {
+        for (n, e) in samples.clone().zip(scaled) {
             if self.signals.y.get(n).is_some_and(|y| y.is_finite()) {
-                self.log_variances = self.log_variances + gains.log_variance;
-                self.count += 1;
+                self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
             }
-        }
-        let first = samples.start.max(self.counts_from);
-        for (lane, kept) in self.scaled.iter_mut().enumerate() {
-            let slots = kept.get_mut(first..samples.end).into_iter().flatten();
-            let found = scaled.iter().skip(first - samples.start);
-            slots.zip(found).for_each(|(slot, e)| *slot = (*e * gains.per_deviation).lane(lane));
         }
     }
 
@@ -362,11 +377,14 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         let rest = self.each(|lane| lane.simulation.drives().1 - lane.filter.constant_load);
         let Some(first) = self.driven.first() else { return };
         let of = |lane: usize| self.driven.get(lane).unwrap_or(first);
+        let held: [&[(f64, f64)]; LANES] =
+            std::array::from_fn(|lane| of(lane).held.get(samples.clone()).unwrap_or(&[]));
         let has_load = self.driven.iter().any(|driven| !driven.load.is_empty());
-        for (slot, n) in drives.iter_mut().zip(samples.clone()) {
-            let held = |lane: usize| of(lane).held.get(n).copied().unwrap_or_default();
+        for (i, slot) in drives.iter_mut().take(samples.len()).enumerate() {
+            let held = |lane: usize| held[lane].get(i).copied().unwrap_or_default();
             let mut rest = rest;
             if has_load {
+                let n = samples.start + i;
                 rest = rest - T::of(|lane| of(lane).load.get(n).copied().unwrap_or(0.0));
             }
             *slot = (gain * T::of(|lane| held(lane).0) + rest, gain * T::of(|lane| held(lane).1) + rest);
@@ -428,20 +446,6 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
             self.held = drive.1;
         }
     }
-
-    /// Innovations of each lane; a diverging run stays diverged: the last sample tells.
-    fn found(self) -> Vec<Option<Innovations>> {
-        let (log_variances, count) = (self.log_variances, self.count);
-        let innovations = |(lane, scaled): (usize, Vec<f64>)| {
-            scaled.last().is_some_and(|e| e.is_finite()).then(|| Innovations {
-                scaled,
-                log_variances: log_variances.lane(lane),
-                count,
-                ..Innovations::default()
-            })
-        };
-        self.scaled.into_iter().enumerate().map(innovations).collect()
-    }
 }
 
 impl<T: Side, const N: usize> Moves<T, N> {
@@ -473,23 +477,6 @@ fn product<T: Side, const N: usize>(row: &[T; N], column: &[T; N]) -> T {
     sum
 }
 
-/// What reaches each plant; worked out once for those that the same reaches.
-fn driven(lanes: &mut [Lane<'_>], signals: &Signals, samples: usize) -> Vec<Arc<Driven>> {
-    let u = signals.u.get(..samples).unwrap_or(&[]);
-    let mut known: Vec<Arc<Driven>> = Vec::with_capacity(lanes.len());
-    for i in 0..lanes.len() {
-        let (before, from) = lanes.split_at_mut(i);
-        let Some(lane) = from.first_mut() else { break };
-        let like = before.iter().position(|other| lane.simulation.is_driven_like(&other.simulation));
-        let own = match like.and_then(|other| known.get(other)) {
-            Some(shared) => shared.clone(),
-            None => Arc::new(lane.simulation.driven(u, &signals.inputs)),
-        };
-        known.push(own);
-    }
-    known
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -516,6 +503,23 @@ mod tests {
         "kind = \"sensor_noise\"\nratio = 2.0\nonset_s = 8.0",
     ];
 
+    /// Motion under friction and forces, forwards and backwards, with stops.
+    const MASSES: [&str; 2] = [
+        "kind = \"servo\"\noutput = \"position\"\ninertia = 0.3\nviscous = 0.8\nactuator_gain = 1.5",
+        "kind = \"servo\"\noutput = \"speed\"\ninertia = 0.3\nviscous = 0.8\nactuator_gain = 1.5",
+    ];
+    const FORCES: [&str; 9] = [
+        "kind = \"coulomb_friction\"\nlevel = 0.4",
+        "kind = \"coulomb_friction\"\nlevel = 0.4\nonset_s = 4.0",
+        "kind = \"stribeck_friction\"\ncoulomb = 0.3\nbreakaway = 0.6\nstribeck_speed = 0.1",
+        "kind = \"directional_friction\"\ncoulomb_pos = 0.3\ncoulomb_neg = 0.5\nviscous_pos = 0.1\nviscous_neg = 0.2",
+        "kind = \"load_dependent_friction\"\ncoefficient = 0.2",
+        "kind = \"quadratic_drag\"\ncoefficient = 0.3",
+        "kind = \"cogging\"\namplitude = 0.2\nperiod = 0.3\nphase = 0.4",
+        "kind = \"unmodelled_lag\"\ntime_constant_s = 0.05\n[[physics]]\nkind = \"coulomb_friction\"\nlevel = 0.2\n[[physics]]\nkind = \"viscous_friction\"\nratio = 2.0\nonset_s = 6.0",
+        "kind = \"delay\"\ndelay_s = 0.013\nonset_s = 9.0\n[[physics]]\nkind = \"coulomb_friction\"\nlevel = 0.2\n[[physics]]\nkind = \"sensor_drift\"\nrate_per_s = 0.01\nonset_s = 3.0",
+    ];
+
     fn signals(samples: usize) -> Signals {
         let wave = |n: usize| f64::sin(n as f64 * 0.7);
         let u: Vec<f64> =
@@ -529,7 +533,9 @@ mod tests {
     /// Side by side and alone each filter foretells the same as the full simulation that it stands for.
     #[test]
     fn a_batch_foretells_what_the_full_simulation_foretells() {
-        for (plant, term) in PLANTS.iter().flat_map(|plant| TERMS.iter().map(move |term| (plant, term))) {
+        let linear = PLANTS.iter().flat_map(|plant| TERMS.iter().map(move |term| (plant, term)));
+        let masses = MASSES.iter().flat_map(|plant| FORCES.iter().map(move |term| (plant, term)));
+        for (plant, term) in linear.chain(masses) {
             let physics = if term.is_empty() { String::new() } else { format!("[[physics]]\n{term}\n") };
             let text = format!(
                 "[loop]\nsample_time_s = 0.01\n[controller]\nkind = \"recorded\"\n[plant]\n{plant}\n{physics}"

@@ -1,12 +1,14 @@
 //! The fit of a hypothesis: damped least squares (Levenberg-Marquardt) on the rows of the likelihood. Rough numbers (gaps, bands,
 //! limits) and onsets are moved by searches of their own, with short fits of the others.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-use super::filter_batch::LANES;
 use super::hypothesis::{Hypothesis, Point};
 use super::inner_product::dot;
+use super::lanes::LANES;
 use super::likelihood::{Cache, Data, Rows, rows, rows_at};
 
 /// A hypothesis at the best point found.
@@ -215,7 +217,7 @@ impl Fit {
         let moved: Vec<f64> = moved.collect::<Option<_>>()?;
         let mut bend: Vec<f64> = ahead.z.iter().zip(&self.rows.z).map(|(ahead, here)| ahead - here).collect();
         for (column, moved) in tangent.columns.iter().zip(&moved) {
-            bend.iter_mut().zip(column).for_each(|(bend, column)| *bend -= column * moved);
+            bend.iter_mut().zip(column.iter()).for_each(|(bend, column)| *bend -= column * moved);
         }
         // Of z the second derivative is 2/h^2 of what a straight line misses, of which the step takes half.
         let scale = weight(self) / (LOOK_AHEAD * LOOK_AHEAD);
@@ -346,47 +348,57 @@ impl Fit {
 pub struct Tangent {
     /// The numbers' places.
     pub moving: Vec<usize>,
-    /// For each the rows' change per unit of x.
-    columns: Vec<Vec<f64>>,
+    /// For each the rows' change per unit of x; shared with the tangents that were made from this one.
+    columns: Vec<Arc<Vec<f64>>>,
     products: DMatrix<f64>,
 }
 
 impl Tangent {
     /// Of these columns.
     pub fn new(moving: Vec<usize>, columns: Vec<Vec<f64>>) -> Self {
-        let n = columns.len();
-        let mut products = DMatrix::zeros(n, n);
-        for (i, column) in columns.iter().enumerate() {
-            for (j, other) in columns.iter().enumerate().take(i + 1) {
-                let value = dot(column, other);
-                products[(i, j)] = value;
-                products[(j, i)] = value;
-            }
-        }
-        Self { moving, columns, products }
+        Self { moving: Vec::new(), columns: Vec::new(), products: DMatrix::zeros(0, 0) }
+            .with(&moving, columns)
     }
 
     /// With more numbers.
     #[must_use]
     pub fn with(&self, moving: &[usize], columns: Vec<Vec<f64>>) -> Self {
+        let known = self.columns.len();
         let mut all = self.columns.clone();
-        all.extend(columns);
+        all.extend(columns.into_iter().map(Arc::new));
+        let mut products = self.products.clone().resize(all.len(), all.len(), 0.0);
+        for (i, column) in all.iter().enumerate().skip(known) {
+            for (j, other) in all.iter().enumerate().take(i + 1) {
+                let value = dot(column, other);
+                products[(i, j)] = value;
+                products[(j, i)] = value;
+            }
+        }
         let mut places = self.moving.clone();
         places.extend_from_slice(moving);
-        Self::new(places, all)
+        Self { moving: places, columns: all, products }
     }
 
     /// Without one number.
     #[must_use]
     pub fn without(&self, place: usize) -> Self {
-        let kept = self.moving.iter().zip(&self.columns).filter(|(at, _)| **at != place);
-        let (moving, columns) = kept.map(|(at, column)| (*at, column.clone())).unzip();
-        Self::new(moving, columns)
+        let Some(at) = self.moving.iter().position(|moving| *moving == place) else { return self.clone() };
+        let mut less = self.clone();
+        less.moving.remove(at);
+        less.columns.remove(at);
+        less.products = less.products.remove_row(at).remove_column(at);
+        less
+    }
+
+    /// The same change of rows, of numbers at other places: those of a wider hypothesis.
+    #[must_use]
+    pub fn at_places(&self, moving: Vec<usize>) -> Self {
+        Self { moving, ..self.clone() }
     }
 
     /// The columns.
-    pub fn columns(&self) -> &[Vec<f64>] {
-        &self.columns
+    pub fn columns(&self) -> impl Iterator<Item = &[f64]> {
+        self.columns.iter().map(|column| column.as_slice())
     }
 
     /// Half the curvature of a fit's objective, its prior in it.

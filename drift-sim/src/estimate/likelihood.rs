@@ -13,6 +13,7 @@ use crate::controller::Controller;
 use crate::physics::Motion;
 use crate::simulate::{Simulation, Start};
 
+use super::driven::Memory;
 use super::filter_batch;
 use super::gains::{Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
@@ -40,6 +41,8 @@ pub struct Data {
     pub motions: Vec<Motion>,
     /// Deviations to which y and its first differences are known at the start.
     start_deviations: Vec<f64>,
+    /// What reached plants under each recording.
+    driven: Arc<Vec<Memory>>,
 }
 
 /// At the start y is known to twice the sensor's noise and to this part of its own deviation; a difference of y to this part of its own.
@@ -68,6 +71,7 @@ impl Data {
         let motions = super::measure::motions(&hypothesis.model, &recordings);
         let given = vec![0; recordings.len()];
         let coloring = Whitener::none();
+        let driven = Arc::new(recordings.iter().map(|_| Memory::default()).collect());
         Self {
             healthy_from: recordings.len(),
             recordings,
@@ -76,6 +80,7 @@ impl Data {
             coloring,
             motions,
             start_deviations,
+            driven,
         }
     }
 
@@ -228,7 +233,8 @@ fn rows_of(hypothesis: &Hypothesis, points: &[(&Point, Ready)], data: &Data) -> 
     for (i, signals, counted) in data.counted() {
         let filters: Vec<(Filter<'_>, Start)> =
             points.iter().map(|(_, ready)| ready.filter(hypothesis, data, i, signals)).collect();
-        for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted)) {
+        let Some(memory) = data.driven.get(i) else { continue };
+        for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
                 runs.push(run);

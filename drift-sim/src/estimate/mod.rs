@@ -2,12 +2,15 @@
 //! ([`noise`]), one filter ([`innovations`]), one likelihood ([`likelihood`]), one search ([`fit`]) for all that is concluded from
 //! recordings.
 
+pub mod driven;
 pub mod filter_batch;
+mod filter_servo;
 pub mod fit;
 pub mod gains;
 pub mod hypothesis;
 pub mod inner_product;
 pub mod innovations;
+pub mod lanes;
 pub use crate::diagnose::controller_replay as law_replay;
 pub mod likelihood;
 pub mod linear_part;

@@ -3,8 +3,11 @@
 
 use super::body::Body;
 use super::exact::Exact;
-use super::{Simulation, entering};
+use super::servo::{Acting, ServoBody};
+use super::{Change, Inputs, Simulation, entering};
 use crate::control_loop::Enters;
+use crate::physics::{Motion, Term};
+use crate::plant::Output;
 
 /// What reaches a plant, sample by sample, but for what a filter adds.
 #[derive(Debug, Clone, Default)]
@@ -15,6 +18,16 @@ pub struct Driven {
     pub load: Vec<f64>,
     /// What measured inputs add at the sensor; empty where there are none.
     pub at_sensor: Vec<f64>,
+}
+
+/// What decides what reaches a plant under a recorded u: the terms on the way to it, the measured inputs, what is held before the first sample, and
+/// the dead times, each from some sample on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reached {
+    terms: Vec<Term>,
+    inputs: Inputs,
+    before: u64,
+    dead_times: Vec<(u64, usize, u64)>,
 }
 
 /// One exact step of a linear plant of N states: `x <- phi x + older o + newer w` for drives o and w, y of it before, and dy/dt.
@@ -66,15 +79,16 @@ impl Simulation {
         (self.drive_gain, self.drive_offset, self.held_drive)
     }
 
-    /// Whether the same reaches both plants.
-    pub fn is_driven_like(&self, other: &Self) -> bool {
-        let dead_time = |of: &Self| -> Vec<(u64, usize, u64)> {
-            of.changes.iter().map(|change| (change.tick, change.whole, change.part.to_bits())).collect()
-        };
-        self.model.physics == other.model.physics
-            && self.inputs == other.inputs
-            && self.line.first().to_bits() == other.line.first().to_bits()
-            && dead_time(self) == dead_time(other)
+    /// What decides what reaches the plant under a recorded u.
+    pub fn reached_by(&self) -> Reached {
+        let physics = |index: &usize| self.model.physics.get(*index).cloned();
+        let dead_time = |change: &Change| (change.tick, change.whole, change.part.to_bits());
+        Reached {
+            terms: self.terms.before_the_plant().iter().filter_map(physics).collect(),
+            inputs: self.inputs.clone(),
+            before: self.line.first().to_bits(),
+            dead_times: self.changes.iter().map(dead_time).collect(),
+        }
     }
 
     /// What reaches the plant under a recorded u and the columns of its inputs, from the first sample on; to be asked for once.
@@ -132,6 +146,127 @@ impl Simulation {
     pub fn shown(&mut self, sample: usize, y: f64) -> f64 {
         let tick = sample as u64;
         self.terms.sensor(tick, tick as f64 * self.sample_time_s, y)
+    }
+}
+
+/// How a mass moves over a sample from some sample on: `x + v h_first + net second`, `v left + net first` under a net force.
+#[derive(Debug, Clone, Copy)]
+pub struct ServoStep {
+    /// What is left of the speed.
+    pub left: f64,
+    /// Way per speed.
+    pub way: f64,
+    /// Speed per net force.
+    pub speed_of_force: f64,
+    /// Way per net force.
+    pub way_of_force: f64,
+    /// Mass and viscous friction.
+    pub inertia: f64,
+    /// Force per speed.
+    pub viscous: f64,
+    /// The sample, in seconds.
+    pub h: f64,
+    /// Whether y is the position: else it is the speed.
+    pub shows_position: bool,
+}
+
+/// A mass that is moved one step a sample, by a filter that runs several side by side.
+impl Simulation {
+    /// Whether its plant is a mass under dry friction or forces, stepped once a sample, of which nothing has to be told when its state is corrected.
+    pub fn is_servo(&self) -> bool {
+        self.substeps == 1
+            && !self.terms.heeds_corrections()
+            && self.changes.iter().all(|change| matches!(change.body, Body::Servo(_)))
+    }
+
+    /// The mass from a sample on.
+    fn servo(&self, sample: usize) -> Option<&ServoBody> {
+        let begun = self.changes.iter().rev().find(|change| change.tick <= sample as u64)?;
+        match &begun.body {
+            Body::Servo(servo) => Some(servo),
+            _ => None,
+        }
+    }
+
+    /// How it moves from a sample on.
+    pub fn servo_step(&self, sample: usize) -> Option<ServoStep> {
+        let servo = self.servo(sample)?;
+        let (h, [left, first, second]) = (self.sample_time_s, servo.decay_of_a_step());
+        let (inertia, viscous) = servo.numbers();
+        Some(ServoStep {
+            left,
+            way: h * first,
+            speed_of_force: h * first / inertia,
+            way_of_force: h * h * second / inertia,
+            inertia,
+            viscous,
+            h,
+            shows_position: servo.output_is() == Output::Position,
+        })
+    }
+
+    /// Position and speed a sample later, whatever happens on the way.
+    pub fn servo_after(&self, sample: usize, x: [f64; 2], (actuator, outside): (f64, f64)) -> [f64; 2] {
+        let Some(mut servo) = self.servo(sample).cloned() else { return [f64::NAN; 2] };
+        servo.x = x;
+        let tick = sample as u64;
+        let force = |motion| self.terms.force(tick, motion);
+        let friction =
+            |direction, speed, transmitted| self.terms.friction(tick, direction, speed, transmitted);
+        servo.substep(&Acting { actuator, outside, force, friction, varying: self.has_varying_forces() });
+        servo.x
+    }
+
+    /// Samples at which friction or forces begin.
+    pub fn forces_begin_at(&self) -> impl Iterator<Item = usize> {
+        self.terms.forces_begin_at().map(|tick| usize::try_from(tick).unwrap_or(usize::MAX))
+    }
+
+    /// Whether forces or friction are looked at along the way.
+    pub fn has_varying_forces(&self) -> bool {
+        self.terms.need_substeps()
+    }
+
+    /// Whether a force depends on the motion.
+    pub fn has_forces(&self) -> bool {
+        self.terms.has_force()
+    }
+
+    /// Whether friction depends on more than the direction.
+    pub fn has_varying_friction(&self) -> bool {
+        self.terms.varying_friction
+    }
+
+    /// The forces that depend on the motion at a sample.
+    #[inline]
+    pub fn force(&self, sample: usize, position: f64, velocity: f64) -> f64 {
+        self.terms.force(sample as u64, Motion { position, velocity })
+    }
+
+    /// The dry friction that is available at a sample.
+    #[inline]
+    pub fn friction(&self, sample: usize, direction: f64, speed: f64, transmitted: f64) -> f64 {
+        self.terms.friction(sample as u64, direction, speed, transmitted)
+    }
+
+    /// Whether what leaves the actuator is filtered.
+    pub fn has_filter(&self) -> bool {
+        self.terms.has_filter()
+    }
+
+    /// What reaches the plant over each sample, as its mean, of what leaves the dead time.
+    pub fn filtered(&mut self, held: &[(f64, f64)]) -> Vec<f64> {
+        let mut changes = self.changes.iter().map(|change| (change.tick, change.part)).peekable();
+        let mut part = 0.0;
+        let mut all = Vec::with_capacity(held.len());
+        for (tick, (older, newer)) in (0..).zip(held) {
+            while let Some((_, begun)) = changes.next_if(|(from, _)| *from <= tick) {
+                part = begun;
+            }
+            let w = newer + part.clamp(0.0, 1.0) * (older - newer);
+            all.push(self.terms.filter(tick, w));
+        }
+        all
     }
 }
 

@@ -122,6 +122,14 @@ impl Body {
         }
     }
 
+    /// Takes over where the same plant with other numbers stands.
+    pub fn goes_on_from(&mut self, other: &Self) {
+        self.state_mut().copy_from_slice(other.state());
+        if let (Self::Servo(own), Self::Servo(other)) = (self, other) {
+            own.keeps_on_from(other);
+        }
+    }
+
     /// y as it is, given the drive held until now.
     #[inline]
     pub fn output(&self, held: f64) -> f64 {

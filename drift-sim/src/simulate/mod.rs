@@ -280,7 +280,7 @@ impl Simulation {
         self.law.set_ratio(change.law_ratio);
         self.line.set(change.whole, change.part);
         self.sensor_noise = change.sensor_noise;
-        change.body.state_mut().copy_from_slice(self.body.state());
+        change.body.goes_on_from(&self.body);
         std::mem::swap(&mut self.body, &mut change.body);
         self.direct = self.find_direct();
     }

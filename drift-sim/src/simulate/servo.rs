@@ -68,6 +68,26 @@ impl ServoBody {
         }
     }
 
+    /// Its speed was changing as the other's was.
+    pub fn keeps_on_from(&mut self, other: &Self) {
+        self.acceleration = other.acceleration;
+    }
+
+    /// Of the exponential over a whole step.
+    pub fn decay_of_a_step(&self) -> [f64; 3] {
+        [self.whole.left, self.whole.first, self.whole.second]
+    }
+
+    /// Mass and viscous friction.
+    pub fn numbers(&self) -> (f64, f64) {
+        (self.inertia, self.viscous)
+    }
+
+    /// What y is.
+    pub fn output_is(&self) -> Output {
+        self.output
+    }
+
     #[inline]
     pub fn output(&self) -> f64 {
         match self.output {

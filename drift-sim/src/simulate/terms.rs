@@ -95,6 +95,27 @@ impl Terms {
         !self.friction.is_empty()
     }
 
+    pub fn has_force(&self) -> bool {
+        !self.force.is_empty()
+    }
+
+    pub fn has_filter(&self) -> bool {
+        !self.filter.is_empty()
+    }
+
+    /// Which terms act before the plant, in the order of the loop's list.
+    pub fn before_the_plant(&self) -> Vec<usize> {
+        let mut terms: Vec<usize> = self.actuator.iter().chain(&self.load).map(|(_, index)| *index).collect();
+        terms.sort_unstable();
+        terms.dedup();
+        terms
+    }
+
+    /// The first ticks of forces and friction.
+    pub fn forces_begin_at(&self) -> impl Iterator<Item = u64> {
+        self.force.iter().chain(&self.friction).map(|(tick, _)| *tick)
+    }
+
     pub fn has_load(&self) -> bool {
         !self.load.is_empty()
     }

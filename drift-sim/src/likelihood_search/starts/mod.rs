@@ -13,10 +13,10 @@ use std::sync::OnceLock;
 
 use realfft::num_complex::Complex;
 
-use crate::estimate::filter_batch::LANES;
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::inner_product::dot;
+use crate::estimate::lanes::LANES;
 use crate::estimate::likelihood::{Cache, Data, Rows, rows, rows_at};
 use crate::estimate::signals::Signals;
 use crate::physics::{Kind, Over, Starts, Term};
@@ -68,7 +68,7 @@ impl<'a> Base<'a> {
     /// The directions of a fit; `None` where it can't be simulated beside its point.
     pub fn new(fit: &'a Fit, data: &'a Data) -> Option<Self> {
         let tangent = fit.tangent(data, &[])?;
-        let directions = orthonormal(tangent.columns().iter().map(Vec::as_slice));
+        let directions = orthonormal(tangent.columns());
         let rest = without(&directions, fit.rows.z.clone());
         let rest_squares = dot(&rest, &rest);
         let cache = Cache::at(&fit.hypothesis, &fit.point, data);
@@ -119,7 +119,7 @@ impl<'a> Base<'a> {
         // The wider hypothesis has the base's numbers in the same order, the term's among them.
         let shared = self.fit.hypothesis.free.iter().map(|free| begin.hypothesis.place(free.target));
         let shared: Option<Vec<usize>> = shared.collect();
-        let base = Tangent::new(shared?, self.tangent.columns().to_vec());
+        let base = self.tangent.at_places(shared?);
         fit.slide(self.data, &base.with(&own, columns), steps);
         Some(fit)
     }

@@ -1,0 +1,362 @@
+//! The filter over one recording for several points at once, where their plant is a mass under dry friction or forces. All lanes take the closed
+//! form of a sample in which the mass moves on or stays at rest; a lane whose mass stops on the way goes through that sample by itself.
+
+use std::ops::Range;
+
+use crate::simulate::batch::ServoStep;
+
+use super::driven::Memory;
+use super::filter_batch::{Gone, Lane, bounds, started};
+use super::gains::Stretch;
+use super::innovations::{Innovations, SETTLING};
+use super::lanes::Side;
+use super::signals::Signals;
+
+/// The innovations of each lane; `None` where a loop diverges.
+pub fn run<T: Side>(
+    lanes: Vec<Lane<'_>>,
+    signals: &Signals,
+    counted: &Range<usize>,
+    memory: &Memory,
+) -> Vec<Option<Innovations>> {
+    let count = lanes.len();
+    match Run::<T>::new(lanes, signals, counted, memory).and_then(Run::over_all) {
+        Some(run) => run.gone.found(),
+        None => vec![None; count],
+    }
+}
+
+/// What acts on the mass of a lane over each sample: the actuator's force, and what else does but for the filter's load.
+struct Acts {
+    actuator: Vec<f64>,
+    outside: Vec<f64>,
+    at_sensor: Vec<f64>,
+}
+
+/// Masses at work.
+struct Run<'a, T> {
+    lanes: Vec<Lane<'a>>,
+    acts: Vec<Acts>,
+    signals: &'a Signals,
+    samples: usize,
+    has_sensor_terms: bool,
+    has_forces: bool,
+    has_varying_forces: bool,
+    has_varying_friction: bool,
+    late: T,
+    phi_load: T,
+    rho: T,
+    state: State<T>,
+    gone: Gone<T>,
+}
+
+/// Position, speed, the acceleration over the last sample, load and sensor noise.
+#[derive(Clone, Copy)]
+struct State<T> {
+    x: T,
+    v: T,
+    acceleration: T,
+    load: T,
+    sensor: T,
+}
+
+/// What holds over a stretch of samples.
+struct Moves<T> {
+    left: T,
+    way: T,
+    speed_of_force: T,
+    way_of_force: T,
+    inertia: T,
+    viscous: T,
+    h: T,
+    per_h: T,
+    shows_position: bool,
+    /// Dry friction forwards and backwards, where it depends on the direction alone.
+    friction: (T, T),
+    growth: T,
+}
+
+/// The filter's gains of a sample.
+struct Gains<T> {
+    x: T,
+    v: T,
+    load: T,
+    sensor: T,
+    per_deviation: T,
+    log_variance: T,
+}
+
+impl<'a, T: Side> Run<'a, T> {
+    fn new(
+        mut lanes: Vec<Lane<'a>>,
+        signals: &'a Signals,
+        counted: &Range<usize>,
+        memory: &Memory,
+    ) -> Option<Self> {
+        let samples = counted.end.min(signals.len());
+        let acts = lanes.iter_mut().map(|lane| Acts::of(lane, signals, samples, memory)).collect();
+        let any = |is: fn(&Lane<'a>) -> bool| lanes.iter().any(is);
+        let each =
+            |of: &dyn Fn(&Lane<'a>) -> f64| T::of(|lane| lanes.get(lane).or(lanes.first()).map_or(0.0, of));
+        let state = |i: usize| each(&|lane| lane.simulation.state().get(i).copied().unwrap_or(0.0));
+        let zero = T::all(0.0);
+        Some(Self {
+            acts,
+            signals,
+            samples,
+            has_sensor_terms: any(|lane| lane.simulation.has_sensor_terms()),
+            has_forces: any(|lane| lane.simulation.has_forces()),
+            has_varying_forces: any(|lane| lane.simulation.has_varying_forces()),
+            has_varying_friction: any(|lane| lane.simulation.has_varying_friction()),
+            late: each(&|lane| lane.filter.late_s),
+            phi_load: each(&|lane| lane.filter.noise.load_phi(signals.sample_time_s)),
+            rho: each(&|lane| lane.filter.noise.sensor_rho),
+            state: State { x: state(0), v: state(1), acceleration: zero, load: zero, sensor: zero },
+            gone: Gone::new(lanes.len(), samples, counted.start.max(SETTLING)),
+            lanes,
+        })
+    }
+
+    /// A number of each lane; lanes that are not there do as the first.
+    #[inline(always)]
+    fn each(&self, of: impl Fn(&Lane<'a>) -> f64) -> T {
+        T::of(|lane| self.lanes.get(lane).or(self.lanes.first()).map_or(0.0, &of))
+    }
+
+    /// Stretch by stretch; the mass, its friction and the law of the gains stay as they are in each.
+    fn over_all(mut self) -> Option<Self> {
+        let begin = self.lanes.iter().flat_map(|lane| lane.simulation.forces_begin_at());
+        for stretch in bounds(&self.lanes, begin, self.samples) {
+            self.stretch(stretch)?;
+        }
+        Some(self)
+    }
+
+    fn stretch(&mut self, samples: Range<usize>) -> Option<()> {
+        let moves = self.moves(samples.start)?;
+        let stretches = started(&self.lanes, samples.start)?;
+        let settled = stretches.iter().map(|stretch| stretch.settled_from()).max()?;
+        let settled = settled.clamp(samples.start, samples.end);
+        for sample in samples.start..settled {
+            let gains = self.gains(&stretches, sample)?;
+            self.block(&moves, &gains, sample..sample + 1);
+        }
+        if settled < samples.end {
+            let gains = self.gains(&stretches, settled)?;
+            self.block(&moves, &gains, settled..samples.end);
+        }
+        Some(())
+    }
+
+    fn moves(&self, sample: usize) -> Option<Moves<T>> {
+        let steps: Vec<ServoStep> =
+            self.lanes.iter().map(|lane| lane.simulation.servo_step(sample)).collect::<Option<_>>()?;
+        let first = steps.first()?;
+        let each = |of: fn(&ServoStep) -> f64| T::of(|lane| of(steps.get(lane).unwrap_or(first)));
+        let friction =
+            |direction: f64| self.each(|lane| lane.simulation.friction(sample, direction, 0.0, 0.0));
+        // Growth changes where gains do.
+        let t = (sample as f64 + 1e-9) * self.signals.sample_time_s;
+        Some(Moves {
+            left: each(|step| step.left),
+            way: each(|step| step.way),
+            speed_of_force: each(|step| step.speed_of_force),
+            way_of_force: each(|step| step.way_of_force),
+            inertia: each(|step| step.inertia),
+            viscous: each(|step| step.viscous),
+            h: each(|step| step.h),
+            per_h: each(|step| 1.0 / step.h),
+            shows_position: first.shows_position,
+            friction: (friction(1.0), friction(-1.0)),
+            growth: self.each(|lane| lane.filter.noise.growth_at(t)),
+        })
+    }
+
+    fn gains(&self, stretches: &[&Stretch], sample: usize) -> Option<Gains<T>> {
+        let first = stretches.first()?;
+        let at = |lane: usize| stretches.get(lane).unwrap_or(first).at(sample);
+        let skipped = |lane: usize| self.lanes.get(lane).map_or(0, |lane| lane.filter.first_state);
+        let own = |i: usize| {
+            T::of(|lane| {
+                let (gains, _) = at(lane);
+                let observed = gains.len().saturating_sub(2);
+                i.checked_sub(skipped(lane)).filter(|i| *i < observed).map_or(0.0, |i| gains[i])
+            })
+        };
+        let last = |back: usize| T::of(|lane| at(lane).0.iter().rev().nth(back).copied().unwrap_or(0.0));
+        Some(Gains {
+            x: own(0),
+            v: own(1),
+            load: last(1),
+            sensor: last(0),
+            per_deviation: self.each(|lane| 1.0 / lane.filter.unit) * T::of(|lane| at(lane).1.0),
+            log_variance: T::of(|lane| at(lane).1.1),
+        })
+    }
+
+    /// Samples under the same gains.
+    fn block(&mut self, moves: &Moves<T>, gains: &Gains<T>, samples: Range<usize>) {
+        let mut state = self.state;
+        for n in samples {
+            let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
+            let y = if moves.shows_position { state.x } else { state.v };
+            let rate = if moves.shows_position { state.v } else { state.acceleration };
+            let shown = self.shown(n, y) - self.late * rate + moves.growth * state.sensor;
+            if let Some(y) = measured {
+                let e = T::all(y) - shown;
+                self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
+                state.x = state.x + gains.x * e;
+                state.v = state.v + gains.v * e;
+                state.load = state.load + gains.load * e;
+                state.sensor = state.sensor + gains.sensor * e;
+            }
+            let (x, v) = self.moved(moves, n, &state);
+            state.acceleration = (v - state.v) * moves.per_h;
+            (state.x, state.v) = (x, v);
+            state.load = self.phi_load * state.load;
+            state.sensor = self.rho * state.sensor;
+        }
+        self.state = state;
+    }
+
+    /// What the sensors show of y.
+    #[inline(always)]
+    fn shown(&mut self, n: usize, y: T) -> T {
+        let mut y = y;
+        if self.acts.iter().any(|acts| !acts.at_sensor.is_empty()) {
+            let first = self.acts.first();
+            let at = |lane: usize| self.acts.get(lane).or(first)?.at_sensor.get(n).copied();
+            y = y + T::of(|lane| at(lane).unwrap_or(0.0));
+        }
+        if !self.has_sensor_terms {
+            return y;
+        }
+        let mut shown = [0.0; super::lanes::LANES];
+        for (lane, (slot, own)) in shown.iter_mut().zip(&mut self.lanes).enumerate() {
+            *slot = own.simulation.shown(n, y.lane(lane));
+        }
+        T::of(|lane| shown[lane])
+    }
+
+    /// Position and speed a sample later.
+    #[inline(always)]
+    fn moved(&self, moves: &Moves<T>, n: usize, state: &State<T>) -> (T, T) {
+        let first = self.acts.first();
+        let acts = |of: fn(&Acts) -> &Vec<f64>| {
+            T::of(|lane| {
+                self.acts.get(lane).or(first).and_then(|acts| of(acts).get(n)).copied().unwrap_or(0.0)
+            })
+        };
+        let actuator = acts(|acts| &acts.actuator);
+        let outside = acts(|acts| &acts.outside) - state.load;
+        let (zero, half) = (T::all(0.0), T::all(0.5));
+        let (x, v) = (state.x, state.v);
+        let rests = v.is_same(zero);
+        let mut force = self.with_forces(n, outside, (x, v));
+        let mut speed = v.abs();
+        if self.has_varying_forces {
+            let (middle_x, middle_v) = self.middle(moves, n, (actuator, force), (x, v));
+            force = self.with_forces(n, outside, (middle_x, middle_v));
+            speed = middle_v.abs();
+        }
+        let transmitted = half * (actuator - force);
+        let q = actuator + force;
+        let direction = self.direction(v, q, rests);
+        let available = self.friction(moves, n, (direction, speed, transmitted));
+        let held = if self.has_varying_friction {
+            self.friction(moves, n, (direction, zero, transmitted))
+        } else {
+            available
+        };
+        let leaves = held.is_less(q.abs());
+        let net = q - direction * available;
+        let after = v * moves.left + net * moves.speed_of_force;
+        let turns = T::choose(rests, zero, after * direction).is_less(zero);
+        let way = x + v * moves.way + net * moves.way_of_force;
+        let mut next_x = T::choose(rests, T::choose(leaves, way, x), way);
+        let mut next_v = T::choose(rests, T::choose(leaves, after, v), after);
+        if T::holds_anywhere(turns) {
+            let lanes = self.lanes.iter().enumerate();
+            let mut alone = [[0.0; 2]; super::lanes::LANES];
+            for ((i, lane), slot) in lanes.zip(&mut alone) {
+                if T::holds_in(turns, i) {
+                    let acting = (actuator.lane(i), outside.lane(i));
+                    *slot = lane.simulation.servo_after(n, [x.lane(i), v.lane(i)], acting);
+                }
+            }
+            next_x = T::choose(turns, T::of(|lane| alone[lane][0]), next_x);
+            next_v = T::choose(turns, T::of(|lane| alone[lane][1]), next_v);
+        }
+        (next_x, next_v)
+    }
+
+    /// Position and speed at the middle of the sample under the forces at its beginning; the speed does not change its sign on the way.
+    #[inline(always)]
+    fn middle(&self, moves: &Moves<T>, n: usize, (actuator, force): (T, T), (x, v): (T, T)) -> (T, T) {
+        let (zero, half) = (T::all(0.0), T::all(0.5));
+        let rests = v.is_same(zero);
+        let q = actuator + force;
+        let direction = self.direction(v, q, rests);
+        let held = self.friction(moves, n, (direction, v.abs(), half * (actuator - force)));
+        let leaves = held.is_less(q.abs());
+        let net = q - direction * held - moves.viscous * v;
+        let middle = v + half * moves.h * T::of(|lane| net.lane(lane) / moves.inertia.lane(lane));
+        let middle = T::choose((middle * direction).is_less(zero), zero, middle);
+        let way = x + T::all(0.25) * moves.h * (v + middle);
+        (
+            T::choose(rests, T::choose(leaves, way, x), way),
+            T::choose(rests, T::choose(leaves, middle, v), middle),
+        )
+    }
+
+    /// Where the mass moves to, or would.
+    #[inline(always)]
+    fn direction(&self, v: T, q: T, rests: T::Mask) -> T {
+        let towards = T::choose(rests, q, v);
+        T::choose(towards.is_less(T::all(0.0)), T::all(-1.0), T::all(1.0))
+    }
+
+    #[inline(always)]
+    fn with_forces(&self, n: usize, outside: T, (x, v): (T, T)) -> T {
+        if !self.has_forces {
+            return outside;
+        }
+        let own = |lane: usize| {
+            self.lanes.get(lane).map_or(0.0, |own| own.simulation.force(n, x.lane(lane), v.lane(lane)))
+        };
+        outside + T::of(own)
+    }
+
+    /// The dry friction that is available: (direction, speed, transmitted force).
+    #[inline(always)]
+    fn friction(&self, moves: &Moves<T>, n: usize, (direction, speed, transmitted): (T, T, T)) -> T {
+        if !self.has_varying_friction {
+            let (forwards, backwards) = moves.friction;
+            return T::choose(direction.is_less(T::all(0.0)), backwards, forwards);
+        }
+        T::of(|lane| {
+            let Some(own) = self.lanes.get(lane) else { return 0.0 };
+            own.simulation.friction(n, direction.lane(lane), speed.lane(lane), transmitted.lane(lane))
+        })
+    }
+}
+
+impl Acts {
+    fn of(lane: &mut Lane<'_>, signals: &Signals, samples: usize, memory: &Memory) -> Self {
+        let driven = memory.driven(&mut lane.simulation, signals, samples);
+        let held = driven.held.get(..samples).unwrap_or(&[]);
+        let (gain, offset, _) = lane.simulation.drives();
+        let reaches = lane.simulation.filtered(held);
+        let rest = offset - lane.filter.constant_load;
+        let outside = if driven.load.is_empty() {
+            vec![rest; samples]
+        } else {
+            driven.load.iter().take(samples).map(|load| rest - load).collect()
+        };
+        Self {
+            actuator: reaches.into_iter().map(|w| gain * w).collect(),
+            outside,
+            at_sensor: driven.at_sensor.clone(),
+        }
+    }
+}

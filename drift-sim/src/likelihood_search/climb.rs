@@ -29,23 +29,71 @@ pub fn climb(
     steps: Steps,
     worth: impl Fn(&[f64]) -> Option<f64>,
 ) -> (Vec<f64>, f64) {
-    let mut random = ChaCha8Rng::seed_from_u64(steps.seed);
-    let mut reach = steps.reach;
-    let mut best = from;
+    let mut climber = Climber::new(from, steps);
     for _ in 0..steps.count {
-        let numbers = kind.parameters.iter().zip(&best.0);
-        let moved = numbers.map(|(parameter, value)| {
-            let draw: f64 = StandardNormal.sample(&mut random);
-            parameter.neutral + libm::exp(reach * draw) * (value - parameter.neutral)
-        });
-        let moved: Vec<f64> = moved.collect();
-        match worth(&moved) {
-            Some(better) if better > best.1 => {
-                best = (moved, better);
-                reach = (WIDER * reach).min(steps.reach);
-            }
-            _ => reach *= NARROWER,
+        let moved = climber.moved(kind);
+        let found = worth(&moved);
+        climber.judge(moved, found);
+    }
+    climber.best
+}
+
+/// The same of several climbs, whose steps are judged together, one of each at a time.
+pub fn climb_together(
+    kind: &Kind,
+    from: Vec<(Vec<f64>, f64)>,
+    steps: Steps,
+    worth: impl Fn(&[Vec<f64>]) -> Vec<Option<f64>>,
+) -> Vec<(Vec<f64>, f64)> {
+    let seeded = from.into_iter().zip(steps.seed..);
+    let mut climbers: Vec<Climber> =
+        seeded.map(|(from, seed)| Climber::new(from, Steps { seed, ..steps })).collect();
+    for _ in 0..steps.count {
+        let moved: Vec<Vec<f64>> = climbers.iter_mut().map(|climber| climber.moved(kind)).collect();
+        let found = worth(&moved);
+        for ((climber, moved), found) in climbers.iter_mut().zip(moved).zip(found) {
+            climber.judge(moved, found);
         }
     }
-    best
+    climbers.into_iter().map(|climber| climber.best).collect()
+}
+
+/// One climb at work.
+struct Climber {
+    random: ChaCha8Rng,
+    reach: f64,
+    most: f64,
+    best: (Vec<f64>, f64),
+}
+
+impl Climber {
+    fn new(from: (Vec<f64>, f64), steps: Steps) -> Self {
+        Self {
+            random: ChaCha8Rng::seed_from_u64(steps.seed),
+            reach: steps.reach,
+            most: steps.reach,
+            best: from,
+        }
+    }
+
+    /// A random step.
+    fn moved(&mut self, kind: &Kind) -> Vec<f64> {
+        let (reach, random) = (self.reach, &mut self.random);
+        let moved = kind.parameters.iter().zip(&self.best.0).map(|(parameter, value)| {
+            let draw: f64 = StandardNormal.sample(random);
+            parameter.neutral + libm::exp(reach * draw) * (value - parameter.neutral)
+        });
+        moved.collect()
+    }
+
+    /// What a step was worth: the climb goes on from there, or with shorter steps.
+    fn judge(&mut self, moved: Vec<f64>, worth: Option<f64>) {
+        match worth {
+            Some(better) if better > self.best.1 => {
+                self.best = (moved, better);
+                self.reach = (WIDER * self.reach).min(self.most);
+            }
+            _ => self.reach *= NARROWER,
+        }
+    }
 }

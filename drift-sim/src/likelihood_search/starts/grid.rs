@@ -3,7 +3,7 @@
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::physics::{Kind, Start};
 
-use super::super::climb::{Steps, climb};
+use super::super::climb::{Steps, climb_together};
 use super::{Base, Begin, neutral, wider};
 
 /// Size of a trial of what acts in proportion, in the parameter's own scale.
@@ -42,21 +42,21 @@ pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<V
     let mut begins = points(base, kind, starts)?;
     begins.sort_by(|a, b| b.score.total_cmp(&a.score));
     begins.truncate(CLIMBED);
-    begins.iter_mut().enumerate().for_each(|(i, begin)| climbed(base, kind, begin, i as u64));
-    Some(begins)
-}
-
-/// The best point of a climb from one of the grid.
-fn climbed(base: &Base<'_>, kind: &Kind, begin: &mut Begin, seed: u64) {
-    let hypothesis = &begin.hypothesis;
-    let at =
-        |parameters: &[f64]| hypothesis.started(&begin.point, &Start::of(parameters.to_vec()), begin.onset_s);
-    let Some(realised) = hypothesis.realise(&begin.point) else { return };
-    let Some(term) = realised.model.physics.last() else { return };
-    let from = (term.parameters.clone(), begin.score);
-    let (parameters, score) =
-        climb(kind, from, Steps { count: STEPS, reach: REACH, seed }, |p| base.score(hypothesis, &at(p)));
-    (begin.point, begin.score) = (at(&parameters), score);
+    let hypothesis = begins.first()?.hypothesis.clone();
+    let parameters = |begin: &Begin| Some(hypothesis.realise(&begin.point)?.model.physics.pop()?.parameters);
+    let from: Option<Vec<_>> = begins.iter().map(|begin| Some((parameters(begin)?, begin.score))).collect();
+    // A climb moves the kind's own numbers alone: the plant's stay as they are in its start.
+    let points = |moved: &[Vec<f64>]| -> Vec<Point> {
+        let moved = begins.iter().zip(moved);
+        moved.map(|(begin, own)| hypothesis.started(&begin.point, &Start::of(own.clone()), 0.0)).collect()
+    };
+    let steps = Steps { count: STEPS, reach: REACH, seed: 0 };
+    let ends = climb_together(kind, from?, steps, |moved| base.scores(&hypothesis, &points(moved)));
+    let own: Vec<Vec<f64>> = ends.iter().map(|(own, _)| own.clone()).collect();
+    let ended = points(&own).into_iter().zip(ends);
+    let ended =
+        ended.map(|(point, (_, score))| Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 });
+    Some(ended.collect())
 }
 
 /// The size that one small trial tells.

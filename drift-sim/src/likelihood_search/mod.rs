@@ -214,7 +214,7 @@ fn recolored(
         Some(again)
     };
     let nominal = again(&ended.base)?;
-    let mut sketch = Sketch::of(&nominal, &data, Round::First)?;
+    let mut sketch = Sketch::of(&nominal, &data, Round::First(options.least_gain))?;
     for contender in &ended.contenders {
         if let Some((kind, fit)) = rivals::last_kind(&contender.fit).zip(again(&contender.fit)) {
             sketch.offer(kind, fit);
@@ -229,7 +229,7 @@ fn recolored(
 fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(Identified, Field)> {
     let least = options.least_gain + options.margin;
     let sketched = plants.into_iter().filter_map(|Candidate { plant, offered }| {
-        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
         offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
         Some((sketch.least_objective(least) + plant.cost(), plant, sketch))
     });
@@ -262,7 +262,7 @@ fn identified_again(
         if !is_likelier {
             return None;
         }
-        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First)?;
+        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
         offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
         let field = sketch.finished(&plant.nominal, &plant.data);
         Some((plant, field))

@@ -101,23 +101,50 @@ pub fn last_kind(fit: &Fit) -> Option<&'static Kind> {
     fit.hypothesis.candidates().last().map(|term| term.kind)
 }
 
-/// Which kinds are fitted beside a base.
+/// Which round of a search it is, and what a kind must gain in it after the cost of its numbers.
 #[derive(Debug, Clone, Copy)]
 pub enum Round {
-    /// All of them.
-    First,
-    /// Those of which a start promises something.
-    Later,
+    /// The first kind is looked for: from more starts.
+    First(f64),
+    /// A further one.
+    Later(f64),
 }
 
-/// Fall of the objective that a start must promise in a later round.
-const PROMISES: f64 = 8.0;
+impl Round {
+    /// The gain that is needed, the cost of the numbers of a fit's last candidate in it.
+    fn needed(self, fit: &Fit) -> f64 {
+        let (Self::First(least) | Self::Later(least)) = self;
+        least + cost_of(fit, fit.hypothesis.candidates().len() - 1)
+    }
+
+    /// What a start must promise to be tried.
+    fn promising(self) -> f64 {
+        match self {
+            Self::First(_) => f64::NEG_INFINITY,
+            Self::Later(_) => PROMISES,
+        }
+    }
+
+    /// The part of it from which on a kind's fit goes on. The best of all onsets gains 8 to 12 nats by chance, and 18 are needed.
+    fn hopeful(self) -> f64 {
+        match self {
+            Self::First(_) => 0.3,
+            Self::Later(_) => 0.6,
+        }
+    }
+}
+
+/// Log-likelihood that a start must promise in a later round.
+const PROMISES: f64 = 4.0;
+/// Part of the best one's gain, at its start, from which on a kind's fit goes on.
+const FOLLOWED: f64 = 0.05;
 
 /// Short fits of the kinds of a round beside a base.
 pub struct Sketch {
     /// The base, fitted again.
     seen: Fit,
     short: Vec<(&'static Kind, Fit)>,
+    round: Round,
 }
 
 impl Sketch {
@@ -132,25 +159,31 @@ impl Sketch {
             .collect();
         let mut seen = base.clone();
         seen.descend(data, SHORT, &[]);
-        let is_first = matches!(round, Round::First);
+        let is_first = matches!(round, Round::First(_));
         let quiet = if is_first { nominal::quiet(&seen, data) } else { None };
         let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
             .into_iter()
             .flatten()
             .filter_map(|fit| Base::new(fit, data))
             .collect();
-        let must_promise = matches!(round, Round::Later);
         stage::begins("every kind of physics, at a glance", kinds.len());
-        let short = kinds
-            .par_iter()
-            .filter_map(|kind| {
-                let fit = short_fit(&bases, kind, data, must_promise);
-                stage::step();
-                Some((*kind, fit?))
-            })
-            .collect();
+        let begun: Vec<Begun> =
+            kinds.into_par_iter().filter_map(|kind| Begun::of(&bases, kind, data, round)).collect();
+        let gain = |fit: &Fit| 0.5 * (seen.objective() - fit.objective());
+        let top = begun.iter().map(|begun| gain(&begun.fit)).fold(0.0, f64::max);
+        let leading = (FOLLOWED * top).min(top - CLOSE);
+        let short = begun.into_par_iter().filter_map(|Begun { kind, mut fit, promise }| {
+            // Under a coloring each kind may gain by one of its own besides.
+            let hopeful = if data.is_colored() { 0.0 } else { round.hopeful() * round.needed(&fit) };
+            if gain(&fit).max(promise) >= hopeful.max(leading) {
+                fit.descend(data, SHORT, &stuck(&fit.hypothesis));
+            }
+            stage::step();
+            Some((kind, at_least_idle(&seen, fit, data)))
+        });
+        let short: Vec<(&'static Kind, Fit)> = short.collect();
         let short = second_round(short, &seen, data);
-        Some(Self { seen, short })
+        Some(Self { seen, short, round })
     }
 
     /// A kind's fit that was found another way, where it is better.
@@ -175,13 +208,15 @@ impl Sketch {
         let gains: Vec<f64> =
             self.short.iter().map(|(_, fit)| 0.5 * (self.seen.objective() - fit.objective())).collect();
         let top = gains.iter().copied().fold(0.0, f64::max);
+        let round = self.round;
         stage::begins("every kind of physics, to the end", self.short.len());
         let rivals: Vec<Rival> = self
             .short
             .into_par_iter()
             .zip(gains)
             .map(|((kind, mut fit), gain)| {
-                let ended = gain > (WORTH * top).min(top - CLOSE).max(LEAST);
+                let hopeful = if data.is_colored() { LEAST } else { round.hopeful() * round.needed(&fit) };
+                let ended = gain > (WORTH * top).min(top - CLOSE).max(hopeful);
                 if ended {
                     to_the_end(&mut fit, kind, data);
                 }
@@ -190,6 +225,10 @@ impl Sketch {
             })
             .collect();
         let mut field = Field { base: base.clone(), rivals };
+        if matches!(round, Round::Later(_)) && field.rivals.iter().all(|rival| !rival.ended) {
+            field.sort();
+            return field;
+        }
         field.share(data);
         field.search_needles(data);
         field
@@ -201,32 +240,56 @@ pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
     Some(Sketch::of(base, data, round)?.finished(base, data))
 }
 
-/// A short fit of a kind: of what has slid from each base's starts the best descends.
-fn short_fit(bases: &[Base<'_>], kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
-    let slid = bases.iter().filter_map(|base| from_base(base, kind, data, must_promise));
-    let mut best = slid.min_by(|a, b| a.objective().total_cmp(&b.objective()))?;
-    let fixed = stuck(&best.hypothesis);
-    best.descend(data, SHORT, &fixed);
-    Some(best)
+/// Where the fit of a kind begins: the best of what has slid from each base's starts, and what the best start promised.
+struct Begun {
+    kind: &'static Kind,
+    fit: Fit,
+    promise: f64,
 }
 
-fn from_base(base: &Base<'_>, kind: &'static Kind, data: &Data, must_promise: bool) -> Option<Fit> {
-    let duration = data.recordings.first()?.duration_s();
-    let most = if moves_the_plant(kind, &base.fit.hypothesis.scales) { usize::MAX } else { STARTS };
-    let mut best: Option<Fit> = None;
-    let mut tried: Vec<f64> = Vec::new();
-    for begin in begins(base, kind).into_iter().filter(|begin| !must_promise || begin.score > PROMISES) {
-        if begins_at_once(kind) && tried.iter().any(|onset| (onset - begin.onset_s).abs() < APART * duration)
-        {
-            continue;
-        }
-        tried.push(begin.onset_s);
-        best = better(best, tried_from(base, &begin, kind, data));
-        if tried.len() == most {
-            break;
-        }
+impl Begun {
+    fn of(bases: &[Base<'_>], kind: &'static Kind, data: &Data, round: Round) -> Option<Self> {
+        let slid = bases.iter().filter_map(|base| Self::from(base, kind, data, round));
+        slid.reduce(|a, b| {
+            let promise = a.promise.max(b.promise);
+            Self { promise, ..if b.fit.objective() < a.fit.objective() { b } else { a } }
+        })
     }
-    best
+
+    fn from(base: &Base<'_>, kind: &'static Kind, data: &Data, round: Round) -> Option<Self> {
+        let duration = data.recordings.first()?.duration_s();
+        let most = if moves_the_plant(kind, &base.fit.hypothesis.scales) { usize::MAX } else { STARTS };
+        let mut best: Option<Fit> = None;
+        let mut promise = 0.0;
+        let mut tried: Vec<f64> = Vec::new();
+        let least = round.promising();
+        for begin in begins(base, kind).into_iter().filter(|begin| 0.5 * begin.score > least) {
+            let is_near = |onset: &f64| (onset - begin.onset_s).abs() < APART * duration;
+            if begins_at_once(kind) && tried.iter().any(is_near) {
+                continue;
+            }
+            promise = f64::max(promise, 0.5 * begin.score);
+            tried.push(begin.onset_s);
+            best = better(best, tried_from(base, &begin, kind, data));
+            if tried.len() == most {
+                break;
+            }
+        }
+        Some(Self { kind, fit: best?, promise })
+    }
+}
+
+/// A kind's fit, or the kind doing nothing where that is likelier.
+fn at_least_idle(base: &Fit, fit: Fit, data: &Data) -> Fit {
+    if fit.objective() <= base.objective() {
+        return fit;
+    }
+    let Some(kind) = last_kind(&fit) else { return fit };
+    let neutral: Vec<f64> = kind.parameters.iter().map(|parameter| parameter.neutral).collect();
+    let widened = fit.hypothesis.widen(&base.hypothesis, &base.point);
+    let point = fit.hypothesis.started(&widened, &Start::of(neutral), onset_of(&fit).unwrap_or(0.0));
+    let idle = Fit::at(&fit.hypothesis, &point, data);
+    better(Some(fit.clone()), idle).unwrap_or(fit)
 }
 
 /// Whether a kind's starts move the plant's numbers with its own: what the base's numbers can't follow along a straight line.
@@ -415,9 +478,14 @@ fn whole_samples(fit: &mut Fit, place: usize, data: &Data, tangent: &Tangent) {
 }
 
 impl Field {
+    /// The likeliest first.
+    fn sort(&mut self) {
+        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+    }
+
     /// Once more, from the numbers that the best two share with the others, and sorts.
     fn share(&mut self, data: &Data) {
-        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+        self.sort();
         let best: Vec<Fit> = self.rivals.iter().take(2).map(|rival| rival.fit.clone()).collect();
         let of_base: Vec<Fit> = best
             .par_iter()
@@ -446,7 +514,7 @@ impl Field {
                 }
             }
         });
-        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+        self.sort();
         self.polish(data);
     }
 
@@ -465,7 +533,7 @@ impl Field {
                 }
             }
         }
-        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+        self.sort();
     }
 
     /// The likeliest, each to where no step gains any more: what decides between them is their distance.
@@ -482,7 +550,7 @@ impl Field {
             }
         });
         nominal::under_other_noise(&mut self.base, data);
-        self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
+        self.sort();
     }
 
     /// Log-likelihood that a rival gains over the base. That a load which stays is unlikely speaks for none of them: what takes its place is no

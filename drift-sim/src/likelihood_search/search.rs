@@ -148,9 +148,11 @@ impl Search<'_> {
     fn follow(&self, found: &mut Found) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
-            let Some(next) = field(&best, self.data, Round::Later) else { break };
             let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
-            let decision = self.decide(&next, self.options.least_share * strongest);
+            let least = self.options.least_share * strongest;
+            let round = Round::Later(least.max(self.options.least_gain));
+            let Some(next) = field(&best, self.data, round) else { break };
+            let decision = self.decide(&next, least);
             if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
                 break;
             }
@@ -171,7 +173,9 @@ impl Search<'_> {
             let decision = self.decide(&field, 0.0);
             let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
             let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
-            let Some(next) = rivals::field(&base, self.data, Round::First) else { break };
+            let Some(next) = rivals::field(&base, self.data, Round::First(self.options.least_gain)) else {
+                break;
+            };
             field = next;
         }
         field
@@ -248,7 +252,7 @@ impl Search<'_> {
             return;
         }
         let Some(without) = without(&best, 0, self.data) else { return };
-        let Some(again) = field(&without, self.data, Round::Later) else { return };
+        let Some(again) = field(&without, self.data, Round::Later(self.options.least_gain)) else { return };
         let decision = self.decide(&again, 0.0);
         let Some((place, tied)) = decision.named else { return };
         let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };

@@ -52,7 +52,7 @@ use decide::COLORED;
 use options::Options;
 use plants::{Candidate, Identified};
 pub use rivals::is_searched;
-use rivals::{Field, Round, Sketch};
+use rivals::{Field, Glance, Round};
 use search::{Found, Search};
 use simulates::Trial;
 use unseen::Unseen;
@@ -214,13 +214,13 @@ fn recolored(
         Some(again)
     };
     let nominal = again(&ended.base)?;
-    let mut sketch = Sketch::of(&nominal, &data, Round::First(options.least_gain))?;
+    let mut glance = Glance::of(&nominal, &data, Round::First(options.least_gain))?;
     for contender in &ended.contenders {
         if let Some((kind, fit)) = rivals::last_kind(&contender.fit).zip(again(&contender.fit)) {
-            sketch.offer(kind, fit);
+            glance.offer(kind, fit);
         }
     }
-    let field = sketch.finished(&nominal, &data);
+    let field = glance.sketched(&data).finished(&nominal, &data);
     let result = Search { data: &data, options, is_plant_open }.run(field);
     Some((Identified { nominal, data, is_guessed: found.is_guessed }, result))
 }
@@ -228,14 +228,29 @@ fn recolored(
 /// The plant that is likeliest together with one term beside it, or with none, and that field.
 fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(Identified, Field)> {
     let least = options.least_gain + options.margin;
-    let sketched = plants.into_iter().filter_map(|Candidate { plant, offered }| {
-        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
-        offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
-        Some((sketch.least_objective(least) + plant.cost(), plant, sketch))
+    let glances: Vec<(Identified, Glance)> =
+        plants.into_iter().filter_map(|candidate| glance(candidate, options)).collect();
+    // Of unknown plants those go on that may be the likeliest with a kind beside them.
+    let bounds = |(plant, glance): &(Identified, Glance)| {
+        let (most, least) = glance.bounds();
+        (most + plant.cost(), least + plant.cost())
+    };
+    let reached = glances.iter().map(|found| bounds(found).0).fold(f64::INFINITY, f64::min);
+    let going_on = glances.into_iter().filter(|found| bounds(found).1 <= reached);
+    let sketched = going_on.map(|(plant, glance)| {
+        let sketch = glance.sketched(&plant.data);
+        (sketch.least_objective(least) + plant.cost(), plant, sketch)
     });
     let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let field = sketch.finished(&plant.nominal, &plant.data);
     Some((plant, field))
+}
+
+/// A look at every kind beside a plant, with what was found before.
+fn glance(Candidate { plant, offered }: Candidate, options: &Options) -> Option<(Identified, Glance)> {
+    let mut glance = Glance::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
+    offered.into_iter().for_each(|(kind, fit)| glance.offer(kind, fit));
+    Some((plant, glance))
 }
 
 /// Gain of the leading kind from which an unknown plant is identified anew beside it.
@@ -254,17 +269,16 @@ fn identified_again(
         let leading = field.rivals.first().filter(|rival| field.gain(rival) > LEADS)?;
         let term = leading.fit.hypothesis.realise(&leading.fit.point)?.model.physics.pop()?;
         stage::begins("the plant's own numbers, beside what leads", 0);
-        let Candidate { plant, offered } =
-            plants::beside_leading(&term, model, &parts.recordings, &parts.fitted, options)?;
-        let offered_at = offered.iter().map(|(_, fit)| fit.objective()).fold(f64::INFINITY, f64::min);
-        let is_likelier =
-            offered_at + plant.cost() + 2.0 * options.margin < leading.fit.objective() + found.cost();
+        let candidate = plants::beside_leading(&term, model, &parts.recordings, &parts.fitted, options)?;
+        let offered_at =
+            candidate.offered.iter().map(|(_, fit)| fit.objective()).fold(f64::INFINITY, f64::min);
+        let is_likelier = offered_at + candidate.plant.cost() + 2.0 * options.margin
+            < leading.fit.objective() + found.cost();
         if !is_likelier {
             return None;
         }
-        let mut sketch = Sketch::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
-        offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
-        let field = sketch.finished(&plant.nominal, &plant.data);
+        let (plant, glance) = glance(candidate, options)?;
+        let field = glance.sketched(&plant.data).finished(&plant.nominal, &plant.data);
         Some((plant, field))
     };
     again().unwrap_or((found, field))

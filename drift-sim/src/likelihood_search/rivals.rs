@@ -139,16 +139,16 @@ const PROMISES: f64 = 4.0;
 /// Part of the best one's gain, at its start, from which on a kind's fit goes on.
 const FOLLOWED: f64 = 0.05;
 
-/// Short fits of the kinds of a round beside a base.
-pub struct Sketch {
+/// Where the kinds of a round begin beside a base, and what each promises: what a look at them costs least.
+pub struct Glance {
     /// The base, fitted again.
     seen: Fit,
-    short: Vec<(&'static Kind, Fit)>,
+    begun: Vec<Begun>,
     round: Round,
 }
 
-impl Sketch {
-    /// The short fits; `None` where the base can't be simulated.
+impl Glance {
+    /// At the kinds that a base has not; `None` where it can't be simulated.
     pub fn of(base: &Fit, data: &Data, round: Round) -> Option<Self> {
         let present = |kind: &Kind| base.hypothesis.candidates().iter().any(|term| term.kind == kind);
         let kinds: Vec<&'static Kind> = KINDS
@@ -159,42 +159,80 @@ impl Sketch {
             .collect();
         let mut seen = base.clone();
         seen.descend(data, SHORT, &[]);
-        let is_first = matches!(round, Round::First(_));
-        let quiet = if is_first { nominal::quiet(&seen, data) } else { None };
+        let quiet = if matches!(round, Round::First(_)) { nominal::quiet(&seen, data) } else { None };
         let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
             .into_iter()
             .flatten()
             .filter_map(|fit| Base::new(fit, data))
             .collect();
         stage::begins("every kind of physics, at a glance", kinds.len());
-        let begun: Vec<Begun> =
-            kinds.into_par_iter().filter_map(|kind| Begun::of(&bases, kind, data, round)).collect();
+        let begun = kinds.into_par_iter().filter_map(|kind| {
+            let begun = Begun::of(&bases, kind, data, round);
+            stage::step();
+            begun
+        });
+        let begun = begun.collect();
+        Some(Self { seen, begun, round })
+    }
+
+    /// A kind's fit that was found another way, where it is better.
+    pub fn offer(&mut self, kind: &'static Kind, fit: Fit) {
+        let promise = self.gain(&fit);
+        match self.begun.iter_mut().find(|begun| begun.kind == kind) {
+            Some(known) if known.fit.objective() <= fit.objective() => {}
+            Some(known) => *known = Begun { kind, fit, promise },
+            None => self.begun.push(Begun { kind, fit, promise }),
+        }
+    }
+
+    fn gain(&self, fit: &Fit) -> f64 {
+        0.5 * (self.seen.objective() - fit.objective())
+    }
+
+    /// What a kind gains at its start or promises, after what it needs; 0 where that is not enough.
+    fn most(&self) -> f64 {
+        let of = |begun: &Begun| self.gain(&begun.fit).max(begun.promise) - self.round.needed(&begun.fit);
+        self.begun.iter().map(of).fold(0.0, f64::max)
+    }
+
+    /// The objective that base and kinds come to, at most, and at least: what a start promises may be a fourth of what its fit gains.
+    pub fn bounds(&self) -> (f64, f64) {
+        let most = self.most();
+        (self.seen.objective() - 2.0 * most, self.seen.objective() - 2.0 * UNDERSTATED * (most + LEADS))
+    }
+
+    /// Short fits from there.
+    pub fn sketched(self, data: &Data) -> Sketch {
+        let Self { seen, begun, round } = self;
         let gain = |fit: &Fit| 0.5 * (seen.objective() - fit.objective());
         let top = begun.iter().map(|begun| gain(&begun.fit)).fold(0.0, f64::max);
         let leading = (FOLLOWED * top).min(top - CLOSE);
-        let short = begun.into_par_iter().filter_map(|Begun { kind, mut fit, promise }| {
+        let short = begun.into_par_iter().map(|Begun { kind, mut fit, promise }| {
             // Under a coloring each kind may gain by one of its own besides.
             let hopeful = if data.is_colored() { 0.0 } else { round.hopeful() * round.needed(&fit) };
             if gain(&fit).max(promise) >= hopeful.max(leading) {
                 fit.descend(data, SHORT, &stuck(&fit.hypothesis));
             }
-            stage::step();
-            Some((kind, at_least_idle(&seen, fit, data)))
+            (kind, at_least_idle(&seen, fit, data))
         });
         let short: Vec<(&'static Kind, Fit)> = short.collect();
         let short = second_round(short, &seen, data);
-        Some(Self { seen, short, round })
+        Sketch { seen, short, round }
     }
+}
 
-    /// A kind's fit that was found another way, where it is better.
-    pub fn offer(&mut self, kind: &'static Kind, fit: Fit) {
-        match self.short.iter_mut().find(|(of, _)| *of == kind) {
-            Some((_, known)) if known.objective() <= fit.objective() => {}
-            Some((_, known)) => *known = fit,
-            None => self.short.push((kind, fit)),
-        }
-    }
+/// By how much a start may understate what its kind gains: seen on generated loops, where it was half as much at most.
+const UNDERSTATED: f64 = 4.0;
 
+/// Short fits of the kinds of a round beside a base.
+pub struct Sketch {
+    /// The base, fitted again.
+    seen: Fit,
+    short: Vec<(&'static Kind, Fit)>,
+    round: Round,
+}
+
+impl Sketch {
     /// The least objective of base and kinds, with the cost of a kind's numbers and what it must gain at `least`: a plant that needs no physics is
     /// preferred to one that does.
     pub fn least_objective(&self, least: f64) -> f64 {
@@ -237,7 +275,7 @@ impl Sketch {
 
 /// The kinds of a round beside a base.
 pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
-    Some(Sketch::of(base, data, round)?.finished(base, data))
+    Some(Glance::of(base, data, round)?.sketched(data).finished(base, data))
 }
 
 /// Where the fit of a kind begins: the best of what has slid from each base's starts, and what the best start promised.
@@ -303,20 +341,24 @@ fn moves_the_plant(kind: &Kind, scales: &Scales) -> bool {
 /// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant; where a slide does not keep what its start
 /// promises, the base's numbers are too far from linear themselves (a random load had swallowed what is found now).
 fn tried_from(base: &Base<'_>, begin: &Begin, kind: &Kind, data: &Data) -> Option<Fit> {
-    if !matches!(kind.search, Starts::Wave(_)) && !moves_the_plant(kind, &base.fit.hypothesis.scales) {
+    if moves_the_plant(kind, &base.fit.hypothesis.scales) {
+        // There are many of these starts, and the best of them goes on.
+        return descended(begin, data, 1);
+    }
+    if !matches!(kind.search, Starts::Wave(_)) {
         let slid = base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
         let gained = slid.as_ref().map_or(f64::NEG_INFINITY, |fit| base.fit.objective() - fit.objective());
         if begin.score < 2.0 * LEADS || gained > KEPT * begin.score {
             return slid;
         }
-        return better(slid, descended(begin, data));
+        return better(slid, descended(begin, data, SHORT));
     }
-    descended(begin, data)
+    descended(begin, data, SHORT)
 }
 
-fn descended(begin: &Begin, data: &Data) -> Option<Fit> {
+fn descended(begin: &Begin, data: &Data, steps: usize) -> Option<Fit> {
     let mut fit = Fit::at(&begin.hypothesis, &begin.point, data)?;
-    fit.descend(data, SHORT, &stuck(&begin.hypothesis));
+    fit.descend(data, steps, &stuck(&begin.hypothesis));
     Some(fit)
 }
 
@@ -384,7 +426,7 @@ fn at_onset(fit: &Fit, from: &Base<'_>, onset_s: f64, size: f64, data: &Data) ->
         Some(onset) => *point.x.get_mut(onset)? = hypothesis.free.get(onset)?.x_of(onset_s),
         None => *point.onsets.last_mut()? = onset_s,
     }
-    descended(&Begin { score: 0.0, hypothesis, point, onset_s }, data)
+    descended(&Begin { score: 0.0, hypothesis, point, onset_s }, data, SHORT)
 }
 
 /// The base's point with the numbers that it shares with another fit.

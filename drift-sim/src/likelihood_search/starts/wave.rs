@@ -9,7 +9,7 @@ use crate::estimate::signals::held;
 use crate::physics::{Kind, Over, Start};
 use crate::plant::{Output, Plant};
 
-use super::{Base, Begin, dot, wider};
+use super::{Base, Begin, dot, rows_at, wider};
 
 /// Size of a trial, in the drive's deviation.
 const TRIAL: f64 = 0.05;
@@ -18,45 +18,62 @@ const LINES: usize = 4;
 /// Waves over the way, at most; and how many samples one takes at least at the usual speed: in fewer a force can't be told from noise.
 const MOST_WAVES: f64 = 2000.0;
 const SAMPLES_OF_A_WAVE: f64 = 4.0;
-/// Waves over the way up to which each is tried, by halves.
+/// Waves over the way up to which each is tried, and how many of the best are tried with half a wave more and less.
 const FEW_WAVES: usize = 16;
+const REFINED: usize = 3;
+/// Waves by which two lines over the way differ.
+const APART: f64 = 2.0 / std::f64::consts::PI;
 /// Bins of the way that the innovations are summed in, and how many times finer than one wave over the way waves are tried.
 const BINS: usize = 8 * MOST_WAVES as usize;
 const PADDED: usize = 4;
 
 /// The waves.
 pub fn waves(base: &Base<'_>, kind: &'static Kind, over: Over) -> Option<Vec<Begin>> {
-    let scales = &base.fit.hypothesis.scales;
-    let lines = match over {
-        Over::Time => over_time(base)?,
-        Over::Position => over_position(base)?,
-    };
     let mut begins = Vec::new();
-    for line in lines {
-        // The parameter's scale follows from the length of the wave.
-        let own = wider(base, kind, vec![0.0, line, 0.0]);
-        let from = own.widen(&base.fit.hypothesis, &base.fit.point);
-        let trial = |phase: f64| {
-            let level = TRIAL * scales.drive;
-            let point = own.started(&from, &Start::of(vec![level, line, phase]), 0.0);
-            let rows = base.rows(&own, &point)?;
-            let difference = rows.z.iter().zip(&base.fit.rows.z).map(|(a, b)| (a - b) / level);
-            Some(base.project(difference.collect()))
-        };
-        let (Some(sine), Some(cosine)) = (trial(0.0), trial(std::f64::consts::FRAC_PI_2)) else { continue };
-        let (ss, cc, sc) = (dot(&sine, &sine), dot(&cosine, &cosine), dot(&sine, &cosine));
-        let (zs, zc) = (-dot(&sine, &base.rest), -dot(&cosine, &base.rest));
-        let determinant = ss * cc - sc * sc;
-        if determinant <= 1e-12 * ss * cc {
-            continue;
+    match over {
+        Over::Time => {
+            begins.extend(over_time(base)?.into_iter().filter_map(|line| of_line(base, kind, line)))
         }
-        let (a, b) = ((zs * cc - zc * sc) / determinant, (zc * ss - zs * sc) / determinant);
-        let score = base.fall(a * zs + b * zc);
-        let start = Start::of(vec![libm::hypot(a, b), line, libm::atan2(b, a)]);
-        let point = own.started(&from, &start, 0.0);
-        begins.push(Begin { score, hypothesis: own, point, onset_s: 0.0 });
+        Over::Position => {
+            let way = Way::of(base)?;
+            let lines = way.waves()?.into_iter().chain((1..=FEW_WAVES).map(|waves| way.length(waves as f64)));
+            begins.extend(lines.filter_map(|line| of_line(base, kind, line)));
+            begins.sort_by(|a: &(f64, Begin), b| b.1.score.total_cmp(&a.1.score));
+            let best: Vec<f64> = begins.iter().take(REFINED).map(|(line, _)| way.way / line).collect();
+            let between = best.iter().flat_map(|waves| [waves - 0.5, waves + 0.5]);
+            let few = between.filter(|waves| (1.0..=FEW_WAVES as f64 + 1.0).contains(waves));
+            let finer: Vec<f64> = few.map(|waves| way.length(waves)).collect();
+            begins.extend(finer.into_iter().filter_map(|line| of_line(base, kind, line)));
+        }
     }
-    Some(begins)
+    Some(begins.into_iter().map(|(_, begin)| begin).collect())
+}
+
+/// The wave of a length, with the size and the phase that two small trials tell.
+fn of_line(base: &Base<'_>, kind: &'static Kind, line: f64) -> Option<(f64, Begin)> {
+    // The parameter's scale follows from the length of the wave.
+    let own = wider(base, kind, vec![0.0, line, 0.0]);
+    let from = own.widen(&base.fit.hypothesis, &base.fit.point);
+    let level = TRIAL * base.fit.hypothesis.scales.drive;
+    let trials = [0.0, std::f64::consts::FRAC_PI_2]
+        .map(|phase| own.started(&from, &Start::of(vec![level, line, phase]), 0.0));
+    let mut answers = rows_at(&own, &trials, base.data, &base.cache).into_iter().map(|rows| {
+        let rows = rows?.z;
+        let difference = rows.iter().zip(&base.fit.rows.z).map(|(a, b)| (a - b) / level);
+        Some(base.project(difference.collect()))
+    });
+    let (sine, cosine) = (answers.next()??, answers.next()??);
+    let (ss, cc, sc) = (dot(&sine, &sine), dot(&cosine, &cosine), dot(&sine, &cosine));
+    let (zs, zc) = (-dot(&sine, &base.rest), -dot(&cosine, &base.rest));
+    let determinant = ss * cc - sc * sc;
+    if determinant <= 1e-12 * ss * cc {
+        return None;
+    }
+    let (a, b) = ((zs * cc - zc * sc) / determinant, (zc * ss - zs * sc) / determinant);
+    let score = base.fall(a * zs + b * zc);
+    let start = Start::of(vec![libm::hypot(a, b), line, libm::atan2(b, a)]);
+    let point = own.started(&from, &start, 0.0);
+    Some((line, Begin { score, hypothesis: own, point, onset_s: 0.0 }))
 }
 
 /// Frequencies in Hz.
@@ -93,45 +110,59 @@ fn over_time(base: &Base<'_>) -> Option<Vec<f64>> {
     Some(lines)
 }
 
-/// Periods in the unit of the position.
-fn over_position(base: &Base<'_>) -> Option<Vec<f64>> {
-    let signals = base.data.recordings.first()?;
-    let length = signals.len().min(*base.data.fitted.first()?);
-    let y = held(signals.y.get(..length)?);
-    let positions = match &base.fit.hypothesis.model.plant {
-        Plant::Servo(servo) if servo.output == Output::Speed => integral(&y, signals.sample_time_s),
-        _ => y,
-    };
-    let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let way = high - low;
-    if way <= 0.0 {
-        return None;
+/// The way of the first recording, and what was not foretold along it.
+struct Way<'a> {
+    positions: Vec<f64>,
+    low: f64,
+    way: f64,
+    z: &'a [f64],
+}
+
+impl<'a> Way<'a> {
+    /// `None` where nothing moves.
+    fn of(base: &'a Base<'_>) -> Option<Self> {
+        let signals = base.data.recordings.first()?;
+        let length = signals.len().min(*base.data.fitted.first()?);
+        let y = held(signals.y.get(..length)?);
+        let positions = match &base.fit.hypothesis.model.plant {
+            Plant::Servo(servo) if servo.output == Output::Speed => integral(&y, signals.sample_time_s),
+            _ => y,
+        };
+        let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let z = base.fit.rows.z.get(..length)?;
+        (high > low).then(|| Self { positions, low, way: high - low, z })
     }
-    let z = base.fit.rows.z.get(..length)?;
-    let mean = z.iter().sum::<f64>() / length as f64;
-    let waves_resolved = (way / (SAMPLES_OF_A_WAVE * usual_step(&positions).max(1e-300))).min(MOST_WAVES);
-    let of_samples = Waves::over(&positions, low, way, |_| 1.0)?;
-    let of_z = Waves::over(&positions, low, way, |i| z[i] - mean)?;
-    let n = length as f64;
-    let power = |i: usize| of_z.at(i).norm_sqr() / (n - of_samples.at(i).norm_sqr() / n).max(1e-9 * n);
-    let base_wave = std::f64::consts::TAU / way;
-    let mut tried: Vec<(f64, f64)> = (PADDED..(waves_resolved * PADDED as f64) as usize)
-        .map(|i| (power(i), base_wave * i as f64 / PADDED as f64))
-        .collect();
-    tried.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut waves: Vec<f64> = Vec::new();
-    for (_, wave) in tried {
-        if waves.iter().all(|other| (other - wave).abs() > 4.0 / way) {
-            waves.push(wave);
-        }
-        if waves.len() > LINES {
-            break;
-        }
+
+    /// The length of a wave of which so many lie on the way, in the unit of the position.
+    fn length(&self, waves: f64) -> f64 {
+        self.way / waves
     }
-    // Of few waves on a way that is not travelled evenly a spectrum tells little: each is tried.
-    let few = (2..=2 * FEW_WAVES).map(|halves| base_wave * halves as f64 / 2.0);
-    Some(few.chain(waves).map(|wave| std::f64::consts::TAU / wave).collect())
+
+    /// The lengths of the strongest lines of the spectrum over the way. Of few waves on a way that is not travelled evenly it tells little.
+    fn waves(&self) -> Option<Vec<f64>> {
+        let n = self.positions.len() as f64;
+        let mean = self.z.iter().sum::<f64>() / n;
+        let least = SAMPLES_OF_A_WAVE * usual_step(&self.positions).max(1e-300);
+        let resolved = (self.way / least).min(MOST_WAVES);
+        let of_samples = Waves::over(&self.positions, self.low, self.way, |_| 1.0)?;
+        let of_z = Waves::over(&self.positions, self.low, self.way, |i| self.z[i] - mean)?;
+        let power = |i: usize| of_z.at(i).norm_sqr() / (n - of_samples.at(i).norm_sqr() / n).max(1e-9 * n);
+        let mut tried: Vec<(f64, f64)> = (PADDED..(resolved * PADDED as f64) as usize)
+            .map(|i| (power(i), i as f64 / PADDED as f64))
+            .collect();
+        tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut strongest: Vec<f64> = Vec::new();
+        for (_, waves) in tried {
+            if strongest.iter().all(|other| (other - waves).abs() > APART) {
+                strongest.push(waves);
+            }
+            if strongest.len() > LINES {
+                break;
+            }
+        }
+        Some(strongest.into_iter().map(|waves| self.length(waves)).collect())
+    }
 }
 
 /// A signal's waves over position: its samples are summed in bins of the way, which one transform takes.

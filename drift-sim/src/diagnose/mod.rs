@@ -72,6 +72,8 @@ const LAW_IS_ANOTHER: f64 = 0.1;
 pub const SAMPLE_WORK_BYTES: u64 = 500;
 /// Samples of a recording that are used.
 const MOST_SAMPLES: usize = 150_000;
+/// Samples that are enough to find a sticking valve by the likelihood of y alone.
+const VALVE_SAMPLES: usize = 8_000;
 /// Part of the other's error on unseen data that a simulation must leave at most to be preferred on a guessed plant.
 const CLOSER: f64 = 0.8;
 /// What it may leave of u at most, in per cent.
@@ -431,7 +433,7 @@ fn diagnose_all(
         && nominal.controller == Controller::Recorded
         // Where the reference stands still, y and u move together for reasons of their own, and a valve may seem to stick.
         && recording.r.windows(2).any(|pair| matches!(pair, [a, b] if a != b))
-        && let Some(valve) = valve::find(recording)
+        && let Some(valve) = valve::find(&recording.part(0, VALVE_SAMPLES))
     {
         let model = Loop { plant: valve.plant.clone(), ..nominal.clone() };
         let case = Case {

@@ -474,7 +474,8 @@ fn term_numbers(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
         // A part of a wave is no wave: it stands for a ramp, or for a spring.
         let (low, high) = match (term.kind.search, i) {
             (Starts::Wave(Over::Time), 1) => (x_of(1.0 / scales.duration_s), high),
-            (Starts::Wave(Over::Position), 1) => (low, x_of(scales.position)),
+            // A stated wave may be longer than the way.
+            (Starts::Wave(Over::Position), 1) => (low, x_of(scales.position).max(low)),
             _ => (low, high),
         };
         free.push(Free {

@@ -4,7 +4,7 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point, Target};
 use crate::estimate::likelihood::Data;
-use crate::physics::{Family, Kind, Place, Term};
+use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::decide::{Decision, Scored, cost_of, decide, independent_share};
 use super::guarantee::decide_surely;
@@ -148,8 +148,7 @@ impl Search<'_> {
     fn follow(&self, found: &mut Found) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
-            let strongest = found.named.iter().map(|choice| choice.gain).fold(0.0, f64::max);
-            let least = self.options.least_share * strongest;
+            let least = self.options.least_share * strongest(found);
             let round = Round::Later(least.max(self.options.least_gain));
             let Some(next) = field(&best, self.data, round) else { break };
             let decision = self.decide(&next, least);
@@ -290,6 +289,14 @@ impl Search<'_> {
         stated.descend(self.data, 4, &plant);
         0.5 * (stated.objective() - base.objective())
     }
+}
+
+/// What the strongest named term gains, of those that change what is foretold: how noisy a sensor is leaves nothing unexplained beside it.
+fn strongest(found: &Found) -> f64 {
+    let Some(best) = &found.best else { return 0.0 };
+    let named = best.hypothesis.candidates().iter().zip(&found.named);
+    let foretells = named.filter(|(term, _)| !matches!(term.kind.search, Starts::NoiseChange));
+    foretells.map(|(_, choice)| choice.gain).fold(0.0, f64::max)
 }
 
 /// The fits that a decision left, and the next ones.

@@ -87,6 +87,8 @@ pub struct Plan {
 
 /// Lengths that are tried, as parts of the longest.
 const LENGTHS: [f64; 5] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];
+/// References that are rehearsed at more than a quarter of the longest length.
+const FINALISTS: usize = 2;
 /// Samples of an experiment, at least: the first don't count.
 const LEAST: usize = 2 * LEAST_SAMPLES;
 /// Samples of an experiment, at most: thousands of simulations run over them.
@@ -118,12 +120,13 @@ impl Request {
         stage::begins("rehearsing references", lengths.len() * SHAPES.len());
         let mut best: Option<Tried> = None;
         let mut tried = 0;
+        let mut shapes = SHAPES.to_vec();
         for Length { samples, before } in lengths {
             let before = self.open.recorded.last_reference(before);
             let stage = Stage { stated: &self.stated, recorded: &self.open.recorded, before: &before };
             let court = Court { stage, causes: &self.open.causes, options: &options, seed: self.seed };
             let mut of_length: Vec<Tried> = Vec::new();
-            for shape in SHAPES {
+            for shape in shapes.iter().copied() {
                 let rehearsed = self.within_u(stage, shape, samples, &room);
                 if let Some(r) = rehearsed
                     && let Some(separation) = court.separation(&r)
@@ -133,6 +136,11 @@ impl Request {
                 stage::step();
             }
             tried += of_length.len();
+            // Long experiments are rehearsed with the references that told most when they were shorter.
+            if 4 * samples >= longest && of_length.len() > FINALISTS {
+                of_length.sort_by(|a, b| b.separation.mean().total_cmp(&a.separation.mean()));
+                shapes = of_length.iter().take(FINALISTS).map(|tried| tried.shape).collect();
+            }
             let factor = MORE_TELLING * longest as f64 / samples as f64;
             let Some((new, passes)) = self.best_of(of_length, factor) else { continue };
             let is_better = |old: &Tried| new.separation.mean() > old.separation.mean();

@@ -125,7 +125,7 @@ impl Round {
         }
     }
 
-    /// The part of it from which on a kind's fit goes on. The best of all onsets gains 8 to 12 nats by chance, and 18 are needed.
+    /// The part of it that a start or a fit must come to for the round to go on. The best of all onsets gains 8 to 12 nats by chance, and 18 are needed.
     fn hopeful(self) -> f64 {
         match self {
             Self::First(_) => 0.3,
@@ -136,8 +136,9 @@ impl Round {
 
 /// Log-likelihood that a start must promise in a later round.
 const PROMISES: f64 = 4.0;
-/// Part of the best one's gain, at its start, from which on a kind's fit goes on.
-const FOLLOWED: f64 = 0.05;
+/// Part of the best one's gain, at its start, from which on a kind's fit goes on, where the best one gains this much.
+const FOLLOWED: f64 = 0.03;
+const FAR_AHEAD: f64 = 1000.0;
 
 /// Where the kinds of a round begin beside a base, and what each promises: what a look at them costs least.
 pub struct Glance {
@@ -206,11 +207,15 @@ impl Glance {
         let Self { seen, begun, round } = self;
         let gain = |fit: &Fit| 0.5 * (seen.objective() - fit.objective());
         let top = begun.iter().map(|begun| gain(&begun.fit)).fold(0.0, f64::max);
-        let leading = (FOLLOWED * top).min(top - CLOSE);
-        let short = begun.into_par_iter().map(|Begun { kind, mut fit, promise }| {
-            // Under a coloring each kind may gain by one of its own besides.
-            let hopeful = if data.is_colored() { 0.0 } else { round.hopeful() * round.needed(&fit) };
-            if gain(&fit).max(promise) >= hopeful.max(leading) {
+        // Where one kind may be named, its rivals leave by evidence against them alone: a slide at rest says little of dry friction, say. Under a coloring
+        // each may gain by one of its own besides.
+        let is_near =
+            |begun: &Begun, part: f64| gain(&begun.fit).max(begun.promise) >= part * round.needed(&begun.fit);
+        let is_open = data.is_colored() || begun.iter().any(|begun| is_near(begun, round.hopeful()));
+        let leading = if top > FAR_AHEAD { FOLLOWED * top } else { f64::NEG_INFINITY };
+        let short = begun.into_par_iter().map(|begun| {
+            let Begun { kind, mut fit, promise } = begun;
+            if is_open && gain(&fit).max(promise) >= leading {
                 fit.descend(data, SHORT, &stuck(&fit.hypothesis));
             }
             (kind, at_least_idle(&seen, fit, data))
@@ -247,14 +252,15 @@ impl Sketch {
             self.short.iter().map(|(_, fit)| 0.5 * (self.seen.objective() - fit.objective())).collect();
         let top = gains.iter().copied().fold(0.0, f64::max);
         let round = self.round;
+        let is_near = |(fit, gain): (&Fit, &f64)| *gain >= round.hopeful() * round.needed(fit);
+        let is_open = data.is_colored() || self.short.iter().map(|(_, fit)| fit).zip(&gains).any(is_near);
         stage::begins("every kind of physics, to the end", self.short.len());
         let rivals: Vec<Rival> = self
             .short
             .into_par_iter()
             .zip(gains)
             .map(|((kind, mut fit), gain)| {
-                let hopeful = if data.is_colored() { LEAST } else { round.hopeful() * round.needed(&fit) };
-                let ended = gain > (WORTH * top).min(top - CLOSE).max(hopeful);
+                let ended = is_open && gain > (WORTH * top).min(top - CLOSE).max(LEAST);
                 if ended {
                     to_the_end(&mut fit, kind, data);
                 }

@@ -145,6 +145,8 @@ pub struct Glance {
     /// The base, fitted again.
     seen: Fit,
     begun: Vec<Begun>,
+    /// Fits that were found another way.
+    offered: Vec<(&'static Kind, Fit)>,
     round: Round,
 }
 
@@ -173,17 +175,12 @@ impl Glance {
             begun
         });
         let begun = begun.collect();
-        Some(Self { seen, begun, round })
+        Some(Self { seen, begun, offered: Vec::new(), round })
     }
 
-    /// A kind's fit that was found another way, where it is better.
+    /// A kind's fit that was found another way.
     pub fn offer(&mut self, kind: &'static Kind, fit: Fit) {
-        let promise = self.gain(&fit);
-        match self.begun.iter_mut().find(|begun| begun.kind == kind) {
-            Some(known) if known.fit.objective() <= fit.objective() => {}
-            Some(known) => *known = Begun { kind, fit, promise },
-            None => self.begun.push(Begun { kind, fit, promise }),
-        }
+        self.offered.push((kind, fit));
     }
 
     fn gain(&self, fit: &Fit) -> f64 {
@@ -192,8 +189,9 @@ impl Glance {
 
     /// What a kind gains at its start or promises, after what it needs; 0 where that is not enough.
     fn most(&self) -> f64 {
-        let of = |begun: &Begun| self.gain(&begun.fit).max(begun.promise) - self.round.needed(&begun.fit);
-        self.begun.iter().map(of).fold(0.0, f64::max)
+        let begun = self.begun.iter().map(|begun| (&begun.fit, begun.promise));
+        let all = begun.chain(self.offered.iter().map(|(_, fit)| (fit, 0.0)));
+        all.map(|(fit, promise)| self.gain(fit).max(promise) - self.round.needed(fit)).fold(0.0, f64::max)
     }
 
     /// The objective that base and kinds come to, at most, and at least: what a start promises may be a fourth of what its fit gains.
@@ -204,7 +202,7 @@ impl Glance {
 
     /// Short fits from there.
     pub fn sketched(self, data: &Data) -> Sketch {
-        let Self { seen, begun, round } = self;
+        let Self { seen, begun, offered, round } = self;
         let gain = |fit: &Fit| 0.5 * (seen.objective() - fit.objective());
         let top = begun.iter().map(|begun| gain(&begun.fit)).fold(0.0, f64::max);
         // Where one kind may be named, its rivals leave by evidence against them alone: a slide at rest says little of dry friction, say. Under a coloring
@@ -221,8 +219,9 @@ impl Glance {
             (kind, at_least_idle(&seen, fit, data))
         });
         let short: Vec<(&'static Kind, Fit)> = short.collect();
-        let short = second_round(short, &seen, data);
-        Sketch { seen, short, round }
+        let mut sketch = Sketch { short: second_round(short, &seen, data), seen, round };
+        offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
+        sketch
     }
 }
 
@@ -238,6 +237,15 @@ pub struct Sketch {
 }
 
 impl Sketch {
+    /// A kind's fit that was found another way, where it is better.
+    fn offer(&mut self, kind: &'static Kind, fit: Fit) {
+        match self.short.iter_mut().find(|(of, _)| *of == kind) {
+            Some((_, known)) if known.objective() <= fit.objective() => {}
+            Some((_, known)) => *known = fit,
+            None => self.short.push((kind, fit)),
+        }
+    }
+
     /// The least objective of base and kinds, with the cost of a kind's numbers and what it must gain at `least`: a plant that needs no physics is
     /// preferred to one that does.
     pub fn least_objective(&self, least: f64) -> f64 {

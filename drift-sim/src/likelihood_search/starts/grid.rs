@@ -11,8 +11,6 @@ const TRIAL: f64 = 0.02;
 
 /// Points of a grid from which a narrow peak is climbed, steps of each, and their reach.
 const CLIMBED: usize = 6;
-/// Log-likelihood that the best point of the grid must promise: where a valve sticks, some point of it is on the slope of the peak.
-const WORTH_A_CLIMB: f64 = 4.0;
 const STEPS: usize = 40;
 const REACH: f64 = 0.15;
 
@@ -44,9 +42,6 @@ pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<V
     let mut begins = points(base, kind, starts)?;
     begins.sort_by(|a, b| b.score.total_cmp(&a.score));
     begins.truncate(CLIMBED);
-    if begins.first().is_none_or(|best| 0.5 * best.score < WORTH_A_CLIMB) {
-        return Some(begins);
-    }
     let hypothesis = begins.first()?.hypothesis.clone();
     let parameters = |begin: &Begin| Some(hypothesis.realise(&begin.point)?.model.physics.pop()?.parameters);
     let from: Option<Vec<_>> = begins.iter().map(|begin| Some((parameters(begin)?, begin.score))).collect();

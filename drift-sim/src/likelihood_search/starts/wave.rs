@@ -131,7 +131,7 @@ impl<'a> Way<'a> {
         let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
         let high = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let z = base.fit.rows.z.get(..length)?;
-        (high > low).then(|| Self { positions, low, way: high - low, z })
+        (high > low).then_some(Self { positions, low, way: high - low, z })
     }
 
     /// The length of a wave of which so many lie on the way, in the unit of the position.

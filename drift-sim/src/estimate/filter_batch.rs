@@ -12,14 +12,14 @@ use std::sync::Arc;
 
 use wide::f64x4;
 
+use crate::simulate::Start;
 use crate::simulate::batch::Driven;
-use crate::simulate::{Simulation, Start};
 
 use super::driven::Memory;
 use super::filter_servo;
-use super::gains::Stretch;
 use super::innovations::{Filter, Innovations, SETTLING, simulation};
 use super::lanes::{LANES, Side};
+use super::side_by_side::{Gains, Gone, Lane, Lanes};
 use super::signals::Signals;
 
 /// Samples that are prepared at a time: few enough to stay near the processor.
@@ -63,77 +63,6 @@ fn side_by_side(
         None if !lanes.iter().all(|lane| lane.simulation.is_servo()) => alone(),
         None if lanes.len() == 1 => filter_servo::run::<f64>(lanes, signals, counted, memory),
         None => filter_servo::run::<f64x4>(lanes, signals, counted, memory),
-    }
-}
-
-/// A filter with its loop, started.
-pub struct Lane<'a> {
-    /// The filter.
-    pub filter: &'a Filter<'a>,
-    /// Its loop.
-    pub simulation: Simulation,
-}
-
-/// Samples cut where a plant, gains or anything else that is given changes.
-pub fn bounds(lanes: &[Lane<'_>], others: impl Iterator<Item = usize>, samples: usize) -> Vec<Range<usize>> {
-    let mut bounds: Vec<usize> = others.chain([0, samples]).collect();
-    for lane in lanes {
-        bounds.extend(lane.simulation.changes_at());
-        bounds.extend(lane.filter.gains.iter().map(|stretch| stretch.from));
-    }
-    bounds.retain(|bound| *bound <= samples);
-    bounds.sort_unstable();
-    bounds.dedup();
-    bounds.iter().zip(bounds.get(1..).unwrap_or(&[])).map(|(from, to)| *from..*to).collect()
-}
-
-/// The gains of each lane that hold from a sample on.
-pub fn started<'a>(lanes: &[Lane<'a>], sample: usize) -> Option<Vec<&'a Stretch>> {
-    lanes.iter().map(|lane| lane.filter.gains.iter().rev().find(|s| s.from <= sample)).collect()
-}
-
-/// The innovations of lanes as they come.
-pub struct Gone<T> {
-    counts_from: usize,
-    log_variances: T,
-    count: usize,
-    scaled: Vec<Vec<f64>>,
-}
-
-impl<T: Side> Gone<T> {
-    /// Nothing yet, of so many lanes and samples, of which those from one on count.
-    pub fn new(lanes: usize, samples: usize, counts_from: usize) -> Self {
-        let scaled = (0..lanes).map(|_| vec![0.0; samples]).collect();
-        Self { counts_from, log_variances: T::all(0.0), count: 0, scaled }
-    }
-
-    /// The innovations of a sample in which y was measured, over their deviations, and the logarithms of their variances.
-    #[inline(always)]
-    pub fn innovation(&mut self, sample: usize, scaled: T, log_variance: T) {
-        if sample < self.counts_from {
-            return;
-        }
-        self.log_variances = self.log_variances + log_variance;
-        self.count += 1;
-        for (lane, kept) in self.scaled.iter_mut().enumerate() {
-            if let Some(slot) = kept.get_mut(sample) {
-                *slot = scaled.lane(lane);
-            }
-        }
-    }
-
-    /// Those of each lane; a diverging run stays diverged: the last sample tells.
-    pub fn found(self) -> Vec<Option<Innovations>> {
-        let (log_variances, count) = (self.log_variances, self.count);
-        let innovations = |(lane, scaled): (usize, Vec<f64>)| {
-            scaled.last().is_some_and(|e| e.is_finite()).then(|| Innovations {
-                scaled,
-                log_variances: log_variances.lane(lane),
-                count,
-                ..Innovations::default()
-            })
-        };
-        self.scaled.into_iter().enumerate().map(innovations).collect()
     }
 }
 
@@ -192,20 +121,9 @@ impl<T: Side, const N: usize> Shows<T, N> {
     }
 }
 
-/// Gains, each with the plant's step behind it.
-#[derive(Clone, Copy)]
-struct Gains<T, const N: usize> {
-    states: [T; N],
-    load: T,
-    sensor: T,
-    /// One over the innovation's deviation, in the filter's unit, and the logarithm of its variance.
-    per_deviation: T,
-    log_variance: T,
-}
-
 /// Filters at work on a recording.
 struct Run<'a, T, const N: usize> {
-    lanes: Vec<Lane<'a>>,
+    lanes: Lanes<'a>,
     driven: Vec<Arc<Driven>>,
     signals: &'a Signals,
     samples: usize,
@@ -252,44 +170,30 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
             sensor: zero,
             held: zero,
             gone: Gone::new(lanes.len(), samples, counted.start.max(SETTLING)),
-            lanes,
+            lanes: Lanes(lanes),
         };
-        run.held = run.each(|lane| lane.simulation.drives().2);
+        run.held = run.lanes.each(|lane| lane.simulation.drives().2);
         for i in 0..N {
-            run.x[i] = run.each(|lane| lane.simulation.state().get(i).copied().unwrap_or(0.0));
+            run.x[i] = run.lanes.each(|lane| lane.simulation.state().get(i).copied().unwrap_or(0.0));
         }
         Some(run)
     }
 
-    /// A number of each lane; lanes that are not there do as the first.
-    fn each(&self, of: impl Fn(&Lane<'a>) -> f64) -> T {
-        T::of(|lane| self.lanes.get(lane).or(self.lanes.first()).map_or(0.0, &of))
-    }
-
     /// Stretch by stretch; the plant and the law of the gains stay as they are in each.
     fn over_all(mut self) -> Option<Self> {
-        for stretch in bounds(&self.lanes, std::iter::empty(), self.samples) {
-            self.stretch(stretch)?;
+        for part in self.lanes.cut(std::iter::empty(), self.samples) {
+            self.part(part)?;
         }
         Some(self)
     }
 
-    fn stretch(&mut self, samples: Range<usize>) -> Option<()> {
+    fn part(&mut self, samples: Range<usize>) -> Option<()> {
         let moves = self.moves(samples.start)?;
-        let stretches = started(&self.lanes, samples.start)?;
-        let settled = stretches.iter().map(|stretch| stretch.settled_from()).max()?;
-        let settled = settled.clamp(samples.start, samples.end);
-        for sample in samples.start..settled {
-            let gains = self.gains(&stretches, &moves, sample)?;
-            self.block(&moves, &gains, sample..sample + 1);
-        }
-        if settled < samples.end {
-            let gains = self.gains(&stretches, &moves, settled)?;
-            let mut from = settled;
-            while from < samples.end {
-                let to = (from + BLOCK).min(samples.end);
-                self.block(&moves, &gains, from..to);
-                from = to;
+        let (stretches, ranges) = self.lanes.under_gains(samples)?;
+        for range in ranges {
+            let gains = moves.behind(self.lanes.gains(&stretches, range.start)?);
+            for from in range.clone().step_by(BLOCK) {
+                self.block(&moves, &gains, from..(from + BLOCK).min(range.end));
             }
         }
         Some(())
@@ -297,16 +201,20 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
 
     /// The plants' steps from a sample on.
     fn moves(&self, sample: usize) -> Option<Moves<T, N>> {
-        let steps: Vec<_> =
-            self.lanes.iter().map(|lane| lane.simulation.linear_step::<N>(sample)).collect::<Option<_>>()?;
+        let steps: Vec<_> = self
+            .lanes
+            .0
+            .iter()
+            .map(|lane| lane.simulation.linear_step::<N>(sample))
+            .collect::<Option<_>>()?;
         let first = steps.first()?;
         let step = |lane: usize| steps.get(lane).unwrap_or(first);
-        let late = |lane: usize| self.lanes.get(lane).or(self.lanes.first()).map_or(0.0, |l| l.filter.late_s);
+        let late: T = self.lanes.each(|lane| lane.filter.late_s);
         let ts = self.signals.sample_time_s;
-        let phi_load = self.each(|lane| lane.filter.noise.load_phi(ts));
+        let phi_load: T = self.lanes.each(|lane| lane.filter.noise.load_phi(ts));
         let row = |of: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|i| T::of(|lane| of(lane, i)));
-        let rate = |lane: usize, i: usize| late(lane) * step(lane).rate_state[i];
-        let rate_drive = |lane: usize| late(lane) * step(lane).rate_drive;
+        let rate = |lane: usize, i: usize| late.lane(lane) * step(lane).rate_state[i];
+        let rate_drive = |lane: usize| late.lane(lane) * step(lane).rate_drive;
         // Growth changes where gains do.
         let t = (sample as f64 + 1e-9) * ts;
         Some(Moves {
@@ -321,35 +229,9 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
             ),
             y: Shows::of(|lane, i| step(lane).c[i], |lane| step(lane).d, phi_load),
             late: Shows::of(rate, rate_drive, phi_load),
-            of_sensor: self.each(|lane| lane.filter.noise.growth_at(t)),
+            of_sensor: self.lanes.each(|lane| lane.filter.noise.growth_at(t)),
             phi_load,
-            rho: self.each(|lane| lane.filter.noise.sensor_rho),
-        })
-    }
-
-    fn gains(&self, stretches: &[&Stretch], moves: &Moves<T, N>, sample: usize) -> Option<Gains<T, N>> {
-        let first = stretches.first()?;
-        let at = |lane: usize| stretches.get(lane).unwrap_or(first).at(sample);
-        let skipped = |lane: usize| self.lanes.get(lane).map_or(0, |lane| lane.filter.first_state);
-        let own = |i: usize| {
-            T::of(|lane| {
-                let (gains, _) = at(lane);
-                let observed = gains.len().saturating_sub(2);
-                i.checked_sub(skipped(lane)).filter(|i| *i < observed).map_or(0.0, |i| gains[i])
-            })
-        };
-        let states: [T; N] = std::array::from_fn(own);
-        let last = |back: usize| T::of(|lane| at(lane).0.iter().rev().nth(back).copied().unwrap_or(0.0));
-        let load = last(1);
-        Some(Gains {
-            states: std::array::from_fn(|i| {
-                let moved = product(&moves.phi[i], &states);
-                moved - moves.both[i] * load
-            }),
-            load: moves.phi_load * load,
-            sensor: moves.rho * last(0),
-            per_deviation: self.each(|lane| 1.0 / lane.filter.unit) * T::of(|lane| at(lane).1.0),
-            log_variance: T::of(|lane| at(lane).1.1),
+            rho: self.lanes.each(|lane| lane.filter.noise.sensor_rho),
         })
     }
 
@@ -373,8 +255,8 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
 
     /// The drive's older and newer value over each sample, but for the filter's load.
     fn drives(&self, drives: &mut [(T, T); BLOCK], samples: &Range<usize>) {
-        let gain = self.each(|lane| lane.simulation.drives().0);
-        let rest = self.each(|lane| lane.simulation.drives().1 - lane.filter.constant_load);
+        let gain: T = self.lanes.each(|lane| lane.simulation.drives().0);
+        let rest: T = self.lanes.each(|lane| lane.simulation.drives().1 - lane.filter.constant_load);
         let Some(first) = self.driven.first() else { return };
         let of = |lane: usize| self.driven.get(lane).unwrap_or(first);
         let held: [&[(f64, f64)]; LANES] =
@@ -433,13 +315,10 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
     ) {
         for ((n, drive), slot) in samples.clone().zip(drives).zip(errors) {
             let y = moves.y.seen(&self.x, self.load, self.held) + self.at_sensor(n);
-            let mut shown = [0.0; LANES];
-            for (lane, (slot, own)) in shown.iter_mut().zip(&mut self.lanes).enumerate() {
-                *slot = own.simulation.shown(n, y.lane(lane));
-            }
+            let shown = self.lanes.shown(n, y);
             let besides = moves.late.seen(&self.x, self.load, self.held) - moves.of_sensor * self.sensor;
             let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
-            let e = measured.map_or(T::all(0.0), |y| T::of(|lane| y - shown[lane]) + besides);
+            let e = measured.map_or(T::all(0.0), |y| (T::all(y) - shown) + besides);
             *slot = e;
             (self.x, self.load, self.sensor) =
                 moves.moved(gains, (self.x, self.load, self.sensor), *drive, e);
@@ -449,6 +328,17 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
 }
 
 impl<T: Side, const N: usize> Moves<T, N> {
+    /// Gains with the plant's step behind them.
+    fn behind(&self, gains: Gains<T, N>) -> Gains<T, N> {
+        let moved = |i: usize| product(&self.phi[i], &gains.states) - self.both[i] * gains.load;
+        Gains {
+            states: std::array::from_fn(moved),
+            load: self.phi_load * gains.load,
+            sensor: self.rho * gains.sensor,
+            ..gains
+        }
+    }
+
     /// States, load and sensor noise a sample later.
     #[inline(always)]
     fn moved(

@@ -2,14 +2,14 @@
 //! form of a sample in which the mass moves on or stays at rest; a lane whose mass stops on the way goes through that sample by itself.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use crate::simulate::batch::ServoStep;
+use crate::simulate::batch::{Driven, ServoStep};
 
 use super::driven::Memory;
-use super::filter_batch::{Gone, Lane, bounds, started};
-use super::gains::Stretch;
 use super::innovations::{Innovations, SETTLING};
-use super::lanes::Side;
+use super::lanes::{LANES, Side};
+use super::side_by_side::{Gains, Gone, Lane, Lanes};
 use super::signals::Signals;
 
 /// The innovations of each lane; `None` where a loop diverges.
@@ -30,12 +30,12 @@ pub fn run<T: Side>(
 struct Acts {
     actuator: Vec<f64>,
     outside: Vec<f64>,
-    at_sensor: Vec<f64>,
+    driven: Arc<Driven>,
 }
 
 /// Masses at work.
 struct Run<'a, T> {
-    lanes: Vec<Lane<'a>>,
+    lanes: Lanes<'a>,
     acts: Vec<Acts>,
     signals: &'a Signals,
     samples: usize,
@@ -76,16 +76,6 @@ struct Moves<T> {
     growth: T,
 }
 
-/// The filter's gains of a sample.
-struct Gains<T> {
-    x: T,
-    v: T,
-    load: T,
-    sensor: T,
-    per_deviation: T,
-    log_variance: T,
-}
-
 impl<'a, T: Side> Run<'a, T> {
     fn new(
         mut lanes: Vec<Lane<'a>>,
@@ -95,66 +85,53 @@ impl<'a, T: Side> Run<'a, T> {
     ) -> Option<Self> {
         let samples = counted.end.min(signals.len());
         let acts = lanes.iter_mut().map(|lane| Acts::of(lane, signals, samples, memory)).collect();
-        let any = |is: fn(&Lane<'a>) -> bool| lanes.iter().any(is);
-        let each =
-            |of: &dyn Fn(&Lane<'a>) -> f64| T::of(|lane| lanes.get(lane).or(lanes.first()).map_or(0.0, of));
-        let state = |i: usize| each(&|lane| lane.simulation.state().get(i).copied().unwrap_or(0.0));
+        let gone = Gone::new(lanes.len(), samples, counted.start.max(SETTLING));
+        let lanes = Lanes(lanes);
+        let state = |i: usize| lanes.each(|lane| lane.simulation.state().get(i).copied().unwrap_or(0.0));
         let zero = T::all(0.0);
         Some(Self {
             acts,
             signals,
             samples,
-            has_sensor_terms: any(|lane| lane.simulation.has_sensor_terms()),
-            has_forces: any(|lane| lane.simulation.has_forces()),
-            has_varying_forces: any(|lane| lane.simulation.has_varying_forces()),
-            has_varying_friction: any(|lane| lane.simulation.has_varying_friction()),
-            late: each(&|lane| lane.filter.late_s),
-            phi_load: each(&|lane| lane.filter.noise.load_phi(signals.sample_time_s)),
-            rho: each(&|lane| lane.filter.noise.sensor_rho),
+            has_sensor_terms: lanes.any(|lane| lane.simulation.has_sensor_terms()),
+            has_forces: lanes.any(|lane| lane.simulation.has_forces()),
+            has_varying_forces: lanes.any(|lane| lane.simulation.has_varying_forces()),
+            has_varying_friction: lanes.any(|lane| lane.simulation.has_varying_friction()),
+            late: lanes.each(|lane| lane.filter.late_s),
+            phi_load: lanes.each(|lane| lane.filter.noise.load_phi(signals.sample_time_s)),
+            rho: lanes.each(|lane| lane.filter.noise.sensor_rho),
             state: State { x: state(0), v: state(1), acceleration: zero, load: zero, sensor: zero },
-            gone: Gone::new(lanes.len(), samples, counted.start.max(SETTLING)),
+            gone,
             lanes,
         })
     }
 
-    /// A number of each lane; lanes that are not there do as the first.
-    #[inline(always)]
-    fn each(&self, of: impl Fn(&Lane<'a>) -> f64) -> T {
-        T::of(|lane| self.lanes.get(lane).or(self.lanes.first()).map_or(0.0, &of))
-    }
-
     /// Stretch by stretch; the mass, its friction and the law of the gains stay as they are in each.
     fn over_all(mut self) -> Option<Self> {
-        let begin = self.lanes.iter().flat_map(|lane| lane.simulation.forces_begin_at());
-        for stretch in bounds(&self.lanes, begin, self.samples) {
-            self.stretch(stretch)?;
+        let begin = self.lanes.0.iter().flat_map(|lane| lane.simulation.forces_begin_at());
+        for part in self.lanes.cut(begin, self.samples) {
+            self.part(part)?;
         }
         Some(self)
     }
 
-    fn stretch(&mut self, samples: Range<usize>) -> Option<()> {
+    fn part(&mut self, samples: Range<usize>) -> Option<()> {
         let moves = self.moves(samples.start)?;
-        let stretches = started(&self.lanes, samples.start)?;
-        let settled = stretches.iter().map(|stretch| stretch.settled_from()).max()?;
-        let settled = settled.clamp(samples.start, samples.end);
-        for sample in samples.start..settled {
-            let gains = self.gains(&stretches, sample)?;
-            self.block(&moves, &gains, sample..sample + 1);
-        }
-        if settled < samples.end {
-            let gains = self.gains(&stretches, settled)?;
-            self.block(&moves, &gains, settled..samples.end);
+        let (stretches, ranges) = self.lanes.under_gains(samples)?;
+        for range in ranges {
+            let gains = self.lanes.gains(&stretches, range.start)?;
+            self.block(&moves, &gains, range);
         }
         Some(())
     }
 
     fn moves(&self, sample: usize) -> Option<Moves<T>> {
         let steps: Vec<ServoStep> =
-            self.lanes.iter().map(|lane| lane.simulation.servo_step(sample)).collect::<Option<_>>()?;
+            self.lanes.0.iter().map(|lane| lane.simulation.servo_step(sample)).collect::<Option<_>>()?;
         let first = steps.first()?;
         let each = |of: fn(&ServoStep) -> f64| T::of(|lane| of(steps.get(lane).unwrap_or(first)));
         let friction =
-            |direction: f64| self.each(|lane| lane.simulation.friction(sample, direction, 0.0, 0.0));
+            |direction: f64| self.lanes.each(|lane| lane.simulation.friction(sample, direction, 0.0, 0.0));
         // Growth changes where gains do.
         let t = (sample as f64 + 1e-9) * self.signals.sample_time_s;
         Some(Moves {
@@ -168,34 +145,12 @@ impl<'a, T: Side> Run<'a, T> {
             per_h: each(|step| 1.0 / step.h),
             shows_position: first.shows_position,
             friction: (friction(1.0), friction(-1.0)),
-            growth: self.each(|lane| lane.filter.noise.growth_at(t)),
-        })
-    }
-
-    fn gains(&self, stretches: &[&Stretch], sample: usize) -> Option<Gains<T>> {
-        let first = stretches.first()?;
-        let at = |lane: usize| stretches.get(lane).unwrap_or(first).at(sample);
-        let skipped = |lane: usize| self.lanes.get(lane).map_or(0, |lane| lane.filter.first_state);
-        let own = |i: usize| {
-            T::of(|lane| {
-                let (gains, _) = at(lane);
-                let observed = gains.len().saturating_sub(2);
-                i.checked_sub(skipped(lane)).filter(|i| *i < observed).map_or(0.0, |i| gains[i])
-            })
-        };
-        let last = |back: usize| T::of(|lane| at(lane).0.iter().rev().nth(back).copied().unwrap_or(0.0));
-        Some(Gains {
-            x: own(0),
-            v: own(1),
-            load: last(1),
-            sensor: last(0),
-            per_deviation: self.each(|lane| 1.0 / lane.filter.unit) * T::of(|lane| at(lane).1.0),
-            log_variance: T::of(|lane| at(lane).1.1),
+            growth: self.lanes.each(|lane| lane.filter.noise.growth_at(t)),
         })
     }
 
     /// Samples under the same gains.
-    fn block(&mut self, moves: &Moves<T>, gains: &Gains<T>, samples: Range<usize>) {
+    fn block(&mut self, moves: &Moves<T>, gains: &Gains<T, 2>, samples: Range<usize>) {
         let mut state = self.state;
         for n in samples {
             let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
@@ -205,8 +160,8 @@ impl<'a, T: Side> Run<'a, T> {
             if let Some(y) = measured {
                 let e = T::all(y) - shown;
                 self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
-                state.x = state.x + gains.x * e;
-                state.v = state.v + gains.v * e;
+                state.x = state.x + gains.states[0] * e;
+                state.v = state.v + gains.states[1] * e;
                 state.load = state.load + gains.load * e;
                 state.sensor = state.sensor + gains.sensor * e;
             }
@@ -223,19 +178,12 @@ impl<'a, T: Side> Run<'a, T> {
     #[inline(always)]
     fn shown(&mut self, n: usize, y: T) -> T {
         let mut y = y;
-        if self.acts.iter().any(|acts| !acts.at_sensor.is_empty()) {
+        if self.acts.iter().any(|acts| !acts.driven.at_sensor.is_empty()) {
             let first = self.acts.first();
-            let at = |lane: usize| self.acts.get(lane).or(first)?.at_sensor.get(n).copied();
+            let at = |lane: usize| self.acts.get(lane).or(first)?.driven.at_sensor.get(n).copied();
             y = y + T::of(|lane| at(lane).unwrap_or(0.0));
         }
-        if !self.has_sensor_terms {
-            return y;
-        }
-        let mut shown = [0.0; super::lanes::LANES];
-        for (lane, (slot, own)) in shown.iter_mut().zip(&mut self.lanes).enumerate() {
-            *slot = own.simulation.shown(n, y.lane(lane));
-        }
-        T::of(|lane| shown[lane])
+        if self.has_sensor_terms { self.lanes.shown(n, y) } else { y }
     }
 
     /// Position and speed a sample later.
@@ -276,8 +224,8 @@ impl<'a, T: Side> Run<'a, T> {
         let mut next_x = T::choose(rests, T::choose(leaves, way, x), way);
         let mut next_v = T::choose(rests, T::choose(leaves, after, v), after);
         if T::holds_anywhere(turns) {
-            let lanes = self.lanes.iter().enumerate();
-            let mut alone = [[0.0; 2]; super::lanes::LANES];
+            let lanes = self.lanes.0.iter().enumerate();
+            let mut alone = [[0.0; 2]; LANES];
             for ((i, lane), slot) in lanes.zip(&mut alone) {
                 if T::holds_in(turns, i) {
                     let acting = (actuator.lane(i), outside.lane(i));
@@ -322,7 +270,7 @@ impl<'a, T: Side> Run<'a, T> {
             return outside;
         }
         let own = |lane: usize| {
-            self.lanes.get(lane).map_or(0.0, |own| own.simulation.force(n, x.lane(lane), v.lane(lane)))
+            self.lanes.0.get(lane).map_or(0.0, |own| own.simulation.force(n, x.lane(lane), v.lane(lane)))
         };
         outside + T::of(own)
     }
@@ -335,7 +283,7 @@ impl<'a, T: Side> Run<'a, T> {
             return T::choose(direction.is_less(T::all(0.0)), backwards, forwards);
         }
         T::of(|lane| {
-            let Some(own) = self.lanes.get(lane) else { return 0.0 };
+            let Some(own) = self.lanes.0.get(lane) else { return 0.0 };
             own.simulation.friction(n, direction.lane(lane), speed.lane(lane), transmitted.lane(lane))
         })
     }
@@ -353,10 +301,6 @@ impl Acts {
         } else {
             driven.load.iter().take(samples).map(|load| rest - load).collect()
         };
-        Self {
-            actuator: reaches.into_iter().map(|w| gain * w).collect(),
-            outside,
-            at_sensor: driven.at_sensor.clone(),
-        }
+        Self { actuator: reaches.into_iter().map(|w| gain * w).collect(), outside, driven }
     }
 }

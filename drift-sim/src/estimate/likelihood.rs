@@ -129,12 +129,12 @@ impl Data {
         self.healthy_from < self.recordings.len()
     }
 
-    /// Recordings of which something counts: which it is, and the samples.
-    fn counted(&self) -> impl Iterator<Item = (usize, &Signals, Range<usize>)> {
-        let each = self.recordings.iter().zip(&self.fitted).enumerate();
+    /// Recordings of which something counts: which it is, the samples, and what reached plants under it.
+    fn counted(&self) -> impl Iterator<Item = (usize, &Signals, Range<usize>, &Memory)> {
+        let each = self.recordings.iter().zip(&self.fitted).zip(self.driven.iter()).enumerate();
         let given = |i: usize| self.given.get(i).copied().unwrap_or(0);
-        each.filter(|(_, (_, fitted))| **fitted > 0)
-            .map(move |(i, (signals, fitted))| (i, signals, given(i)..*fitted))
+        each.filter(|(_, ((_, fitted), _))| **fitted > 0)
+            .map(move |(i, ((signals, fitted), memory))| (i, signals, given(i)..*fitted, memory))
     }
 
     /// Samples of the longest recording that count.
@@ -230,10 +230,9 @@ pub fn rows_at(hypothesis: &Hypothesis, points: &[Point], data: &Data, near: &Ca
 
 fn rows_of(hypothesis: &Hypothesis, points: &[(&Point, Ready)], data: &Data) -> Vec<Option<Rows>> {
     let mut runs: Vec<Option<Vec<Innovations>>> = points.iter().map(|_| Some(Vec::new())).collect();
-    for (i, signals, counted) in data.counted() {
+    for (i, signals, counted, memory) in data.counted() {
         let filters: Vec<(Filter<'_>, Start)> =
             points.iter().map(|(_, ready)| ready.filter(hypothesis, data, i, signals)).collect();
-        let Some(memory) = data.driven.get(i) else { continue };
         for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
@@ -323,7 +322,7 @@ pub fn runs(
     in_detail: bool,
 ) -> Option<Vec<Innovations>> {
     let ready = Ready::at(hypothesis, point, data, cache, samples)?;
-    let each = data.counted().map(|(i, signals, counted)| {
+    let each = data.counted().map(|(i, signals, counted, _)| {
         let (filter, start) = ready.filter(hypothesis, data, i, signals);
         let mut run = filter.run(signals, &start, counted, in_detail)?;
         data.coloring.whiten(&mut run.scaled);

@@ -13,6 +13,7 @@ mod climb;
 pub(crate) mod conclude;
 pub(crate) mod decide;
 mod excitation;
+mod glance;
 mod guarantee;
 mod identified;
 mod interval;
@@ -49,10 +50,11 @@ pub use identified::{IdentifiedPlant, plants_of};
 
 use conclude::Conclusion;
 use decide::COLORED;
+use glance::{Glance, Round};
 use options::Options;
 use plants::{Candidate, Identified};
+use rivals::Field;
 pub use rivals::is_searched;
-use rivals::{Field, Glance, Round};
 use search::{Found, Search};
 use simulates::Trial;
 use unseen::Unseen;
@@ -229,14 +231,12 @@ fn recolored(
 fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(Identified, Field)> {
     let least = options.least_gain + options.margin;
     let glances: Vec<(Identified, Glance)> =
-        plants.into_iter().filter_map(|candidate| glance(candidate, options)).collect();
+        plants.into_iter().filter_map(|candidate| look_at(candidate, options)).collect();
     // Of unknown plants those go on that may be the likeliest with a kind beside them.
-    let bounds = |(plant, glance): &(Identified, Glance)| {
-        let (most, least) = glance.bounds();
-        (most + plant.cost(), least + plant.cost())
-    };
-    let reached = glances.iter().map(|found| bounds(found).0).fold(f64::INFINITY, f64::min);
-    let going_on = glances.into_iter().filter(|found| bounds(found).1 <= reached);
+    let bounds: Vec<(f64, f64)> = glances.iter().map(|(plant, glance)| glance.bounds(plant.cost())).collect();
+    let reached = bounds.iter().map(|(most, _)| *most).fold(f64::INFINITY, f64::min);
+    let may_be = bounds.iter().map(|(_, least)| *least <= reached);
+    let going_on = glances.into_iter().zip(may_be).filter_map(|(found, may_be)| may_be.then_some(found));
     let sketched = going_on.map(|(plant, glance)| {
         let sketch = glance.sketched(&plant.data);
         (sketch.least_objective(least) + plant.cost(), plant, sketch)
@@ -247,7 +247,7 @@ fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(
 }
 
 /// A look at every kind beside a plant, with what was found before.
-fn glance(Candidate { plant, offered }: Candidate, options: &Options) -> Option<(Identified, Glance)> {
+fn look_at(Candidate { plant, offered }: Candidate, options: &Options) -> Option<(Identified, Glance)> {
     let mut glance = Glance::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
     offered.into_iter().for_each(|(kind, fit)| glance.offer(kind, fit));
     Some((plant, glance))
@@ -277,7 +277,7 @@ fn identified_again(
         if !is_likelier {
             return None;
         }
-        let (plant, glance) = glance(candidate, options)?;
+        let (plant, glance) = look_at(candidate, options)?;
         let field = glance.sketched(&plant.data).finished(&plant.nominal, &plant.data);
         Some((plant, field))
     };

@@ -7,11 +7,12 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::decide::{Decision, Scored, cost_of, decide, independent_share};
+use super::glance::Round;
 use super::guarantee::decide_surely;
 use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
-use super::rivals::{self, Field, Rival, Round, field};
+use super::rivals::{self, Field, Rival, field};
 
 /// Steps of a fit without one of the terms.
 const REFIT_STEPS: usize = 10;
@@ -172,9 +173,8 @@ impl Search<'_> {
             let decision = self.decide(&field, 0.0);
             let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
             let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
-            let Some(next) = rivals::field(&base, self.data, Round::First(self.options.least_gain)) else {
-                break;
-            };
+            let round = Round::First(self.options.least_gain);
+            let Some(next) = rivals::field(&base, self.data, round) else { break };
             field = next;
         }
         field

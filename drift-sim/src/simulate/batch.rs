@@ -149,7 +149,8 @@ impl Simulation {
     }
 }
 
-/// How a mass moves over a sample from some sample on: `x + v h_first + net second`, `v left + net first` under a net force.
+/// How a mass moves over a sample from some sample on: `x + way*v + way_of_force*net`, `left*v + speed_of_force*net` under a net
+/// force.
 #[derive(Debug, Clone, Copy)]
 pub struct ServoStep {
     /// What is left of the speed.
@@ -160,9 +161,9 @@ pub struct ServoStep {
     pub speed_of_force: f64,
     /// Way per net force.
     pub way_of_force: f64,
-    /// Mass and viscous friction.
+    /// Mass.
     pub inertia: f64,
-    /// Force per speed.
+    /// Viscous friction: force per speed.
     pub viscous: f64,
     /// The sample, in seconds.
     pub h: f64,
@@ -191,17 +192,16 @@ impl Simulation {
     /// How it moves from a sample on.
     pub fn servo_step(&self, sample: usize) -> Option<ServoStep> {
         let servo = self.servo(sample)?;
-        let (h, [left, first, second]) = (self.sample_time_s, servo.decay_of_a_step());
-        let (inertia, viscous) = servo.numbers();
+        let (h, inertia, whole) = (self.sample_time_s, servo.inertia, servo.whole);
         Some(ServoStep {
-            left,
-            way: h * first,
-            speed_of_force: h * first / inertia,
-            way_of_force: h * h * second / inertia,
+            left: whole.left,
+            way: h * whole.first,
+            speed_of_force: h * whole.first / inertia,
+            way_of_force: h * h * whole.second / inertia,
             inertia,
-            viscous,
+            viscous: servo.viscous,
             h,
-            shows_position: servo.output_is() == Output::Position,
+            shows_position: servo.output == Output::Position,
         })
     }
 
@@ -247,11 +247,6 @@ impl Simulation {
     #[inline]
     pub fn friction(&self, sample: usize, direction: f64, speed: f64, transmitted: f64) -> f64 {
         self.terms.friction(sample as u64, direction, speed, transmitted)
-    }
-
-    /// Whether what leaves the actuator is filtered.
-    pub fn has_filter(&self) -> bool {
-        self.terms.has_filter()
     }
 
     /// What reaches the plant over each sample, as its mean, of what leaves the dead time.

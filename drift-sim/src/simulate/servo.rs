@@ -8,11 +8,12 @@ use crate::plant::Output;
 
 #[derive(Debug, Clone)]
 pub(super) struct ServoBody {
-    inertia: f64,
-    viscous: f64,
-    output: Output,
+    pub(super) inertia: f64,
+    pub(super) viscous: f64,
+    pub(super) output: Output,
     h: f64,
-    whole: Decay,
+    /// Of a whole sub-step.
+    pub(super) whole: Decay,
     /// dv/dt over the last sub-step.
     acceleration: f64,
     /// Position and speed.
@@ -35,10 +36,10 @@ pub(super) struct Acting<F, D> {
 
 /// The exponential over a time tau, z = viscous*tau/inertia: exp(-z), (1 - exp(-z))/z and (1 - the latter)/z.
 #[derive(Debug, Clone, Copy)]
-struct Decay {
-    left: f64,
-    first: f64,
-    second: f64,
+pub(super) struct Decay {
+    pub(super) left: f64,
+    pub(super) first: f64,
+    pub(super) second: f64,
 }
 
 impl Decay {
@@ -71,21 +72,6 @@ impl ServoBody {
     /// Its speed was changing as the other's was.
     pub fn keeps_on_from(&mut self, other: &Self) {
         self.acceleration = other.acceleration;
-    }
-
-    /// Of the exponential over a whole step.
-    pub fn decay_of_a_step(&self) -> [f64; 3] {
-        [self.whole.left, self.whole.first, self.whole.second]
-    }
-
-    /// Mass and viscous friction.
-    pub fn numbers(&self) -> (f64, f64) {
-        (self.inertia, self.viscous)
-    }
-
-    /// What y is.
-    pub fn output_is(&self) -> Output {
-        self.output
     }
 
     #[inline]

@@ -99,10 +99,6 @@ impl Terms {
         !self.force.is_empty()
     }
 
-    pub fn has_filter(&self) -> bool {
-        !self.filter.is_empty()
-    }
-
     /// Which terms act before the plant, in the order of the loop's list.
     pub fn before_the_plant(&self) -> Vec<usize> {
         let mut terms: Vec<usize> = self.actuator.iter().chain(&self.load).map(|(_, index)| *index).collect();

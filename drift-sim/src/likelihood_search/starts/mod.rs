@@ -206,7 +206,7 @@ fn wider(base: &Base<'_>, kind: &'static Kind, parameters: Vec<f64>) -> Hypothes
 }
 
 /// A term's parameters where it does nothing.
-fn neutral(kind: &Kind) -> Vec<f64> {
+pub fn neutral(kind: &Kind) -> Vec<f64> {
     kind.parameters.iter().map(|parameter| parameter.neutral).collect()
 }
 

@@ -65,7 +65,7 @@ pub fn decide(field: &Field, options: &Options, least: f64, is_colored: bool) ->
                 family: rival.kind.family_on(&rival.fit.hypothesis.model.plant),
                 numbers: rival.fit.hypothesis.places_of(last).len(),
                 gain,
-                score: gain - cost(&rival.fit, last, samples),
+                score: gain - cost(&rival.fit, last, rival.idle, samples),
             }
         })
         .collect();
@@ -105,15 +105,16 @@ pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
 
 /// What the numbers of a fit's candidate cost.
 pub fn cost_of(fit: &Fit, candidate: usize) -> f64 {
-    cost(fit, candidate, fit.rows.count as f64 * independent_share(fit))
+    cost(fit, candidate, 0, fit.rows.count as f64 * independent_share(fit))
 }
 
-/// Half a logarithm of the samples for each number, as in Schwarz's criterion.
-fn cost(fit: &Fit, candidate: usize, samples: f64) -> f64 {
+/// Half a logarithm of the samples for each number that is not idle, as in Schwarz's criterion.
+fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
     let hypothesis = &fit.hypothesis;
     let is_onset =
         |i: &usize| matches!(hypothesis.free.get(*i).map(|free| free.target), Some(Target::Onset(_)));
-    let numbers = hypothesis.places_of(candidate).iter().filter(|i| !is_onset(i)).count() as f64;
+    let numbers = hypothesis.places_of(candidate).iter().filter(|i| !is_onset(i)).count();
+    let numbers = numbers.saturating_sub(idle) as f64;
     let starts = hypothesis.candidates().get(candidate).map(|term| term.kind.search);
     let onset = matches!(starts, Some(Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange));
     0.5 * (numbers + if onset { ONSET_COSTS } else { 0.0 }) * libm::log(samples.max(2.0))

@@ -16,6 +16,7 @@ mod excitation;
 mod glance;
 mod guarantee;
 mod identified;
+mod idle;
 mod interval;
 mod lattice;
 mod law;

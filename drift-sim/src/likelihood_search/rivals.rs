@@ -10,6 +10,7 @@ use crate::stage;
 
 use super::decide::cost_of;
 use super::glance::{Glance, Round, gain_over};
+use super::idle;
 use super::needle::at_needle;
 use super::nominal;
 
@@ -39,6 +40,8 @@ pub struct Rival {
     pub fit: Fit,
     /// Whether it was fitted to the end: else it was far behind.
     pub ended: bool,
+    /// How many of its numbers the recordings say nothing of; 0 where it is far behind.
+    pub idle: usize,
 }
 
 impl Rival {
@@ -138,7 +141,7 @@ impl Sketch {
                     to_the_end(&mut fit, kind, data);
                 }
                 stage::step();
-                Rival { kind, fit, ended }
+                Rival { kind, fit, ended, idle: 0 }
             })
             .collect();
         let mut field = Field { base: base.clone(), rivals };
@@ -148,6 +151,7 @@ impl Sketch {
         }
         field.share(data);
         field.search_needles(data);
+        field.count_idle(data);
         field
     }
 }
@@ -299,7 +303,7 @@ impl Field {
             for origin in origins {
                 let found = at_needle(origin, rival.kind, data);
                 if found.objective() < rival.fit.objective() {
-                    *rival = Rival { kind: rival.kind, fit: found, ended: true };
+                    *rival = Rival { kind: rival.kind, fit: found, ended: true, idle: 0 };
                 }
             }
         }
@@ -321,6 +325,14 @@ impl Field {
         });
         nominal::under_other_noise(&mut self.base, data);
         self.sort();
+    }
+
+    /// Counts the idle numbers of those that a decision may leave.
+    fn count_idle(&mut self, data: &Data) {
+        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
+        let near: Vec<bool> = self.rivals.iter().map(|rival| self.gain(rival) > NEAR * top).collect();
+        let near = self.rivals.par_iter_mut().zip(near).filter(|(rival, near)| rival.ended && *near);
+        near.for_each(|(rival, _)| rival.idle = idle::numbers(&rival.fit, data));
     }
 
     /// Log-likelihood that a rival gains over the base. That a load which stays is unlikely speaks for none of them: what takes its place is no

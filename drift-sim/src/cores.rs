@@ -88,7 +88,8 @@ impl<T: Send> Items<T> {
         self,
         work: impl Fn(T) -> Option<R> + Sync,
     ) -> std::iter::Flatten<std::vec::IntoIter<Option<R>>> {
-        self.map(work).flatten()
+        let found = self.map(work);
+        found.flatten()
     }
 
     /// Does the work on all items.

@@ -37,6 +37,7 @@ pub mod baseline_file;
 pub mod calibrate;
 pub mod control_loop;
 pub mod controller;
+mod cores;
 pub mod design;
 pub mod diagnose;
 pub mod diagnosed;

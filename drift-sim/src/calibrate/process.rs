@@ -2,11 +2,11 @@
 //! is an autoregression of normal scores seen through its [`Marginal`]; the channels' noises are correlated. So the simulated residuals have the
 //! recorded ones' skewness and tails, their correlation from window to window (overlap included), and the correlation between channels.
 
+use crate::cores::AcrossCores as _;
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use super::autocorrelation::{Autoregression, autocovariances};
 use super::marginal::{Marginal, scores};

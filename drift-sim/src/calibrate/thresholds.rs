@@ -7,8 +7,8 @@
 //! the real detectors together have the wanted run length on the simulated residuals, since alarms that coincide
 //! count once. That scale is found at up to [`JOINT`] decisions and kept beyond.
 
+use crate::cores::AcrossCores as _;
 use drift_core::{DetectorStates, Detectors};
-use rayon::prelude::*;
 
 use super::caution::Margin;
 use super::detector::{Designed, DetectorChoice, Threshold, Tuning};

@@ -1,7 +1,7 @@
 //! Fits the candidates: one step from each kind's best starting points, a short search from the better ones, a full one
 //! for those that could still win.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::physics::{Kind, Term};
 

@@ -5,7 +5,7 @@
 //! that the search would have found. Sizes are tried by factors of two. A kind that would not show even at the size of the
 //! signals themselves was not excited: of it nothing is known, which is not the same as its absence.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::physics::{Begins, KINDS, Kind, Signature, Term};
 
@@ -41,7 +41,7 @@ pub fn shows(base: &Fit, signals: &Signals, scales: &Signature) -> Vec<(&'static
     };
     KINDS
         .par_iter()
-        .filter(asked)
+        .filter(|kind| asked(kind))
         .filter_map(|kind| {
             let cost = 0.5 * kind.parameters.len() as f64 * libm::log(samples.max(2.0));
             let first = first_guess(kind, scales, signals.duration_s())?;

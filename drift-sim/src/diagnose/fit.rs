@@ -4,8 +4,8 @@
 //! differences are clean, and a step that leaves a range or diverges is just a bad step. Differences are taken wide
 //! for parameters in which the prediction is only piecewise smooth (gaps, delays, onsets).
 
+use crate::cores::AcrossCores as _;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::model::{Free, Model, Target};
 use super::signals::Signals;

@@ -1,7 +1,7 @@
 //! What healthy recordings tell: the plant's numbers, and how much of an event they show themselves. No model is the machine, and what it
 //! lacks may look like a load or a bias that comes and goes; what a healthy recording shows of that is no fault in another.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::control_loop::Loop;
 use crate::{Error, Result};
@@ -19,7 +19,7 @@ pub(super) fn event_gain(model: &Loop, healthy: &[Signals]) -> f64 {
         Some(spans::terms(&steps, signals).iter().map(|acting| acting.gain).fold(0.0, f64::max))
     };
     let gains = healthy.par_iter().map(|signals| gain(signals).unwrap_or(f64::INFINITY));
-    gains.reduce(|| 0.0, f64::max)
+    gains.fold(0.0, f64::max)
 }
 
 /// The loop with its numbers from healthy recordings: each is fitted by itself, the median of every number is taken.

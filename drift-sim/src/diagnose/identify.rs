@@ -7,7 +7,7 @@
 //! fit has seen, each third in turn, within one standard error of the best (Breiman's rule). The limit is not part of the plant: it is
 //! handed on, for the diagnosis to prove. One-step regressions (ARX) were tried: a hidden limit makes them unstable.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;

@@ -4,6 +4,7 @@
 //! 9:62-66); runs above it are the spans. Their edges are then moved, one after the other, to where the prediction error
 //! is least. Spans are events of their own in every recording: what a hold-out proves of the term is its level.
 
+use crate::cores::AcrossCores as _;
 use crate::physics::{Kind, Term};
 
 use super::candidates::Candidate;
@@ -165,9 +166,8 @@ pub fn refine(fit: Fit, signals: &Signals) -> Fit {
         let by_s = step * signals.sample_time_s;
         for edge in 0..2 * count {
             let way = |by_s: f64| Some((by_s, moved(&best, edge, by_s, signals)?));
-            let (earlier, later) = rayon::join(|| way(-by_s), || way(by_s));
-            let better =
-                earlier.into_iter().chain(later).min_by(|a, b| a.1.variance.total_cmp(&b.1.variance));
+            let ways = [-by_s, by_s].into_par_iter().filter_map(way);
+            let better = ways.min_by(|a, b| a.1.variance.total_cmp(&b.1.variance));
             let Some((by_s, better)) = better else { continue };
             best = better;
             while let Some(better) = moved(&best, edge, by_s, signals) {

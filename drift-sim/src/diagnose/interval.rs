@@ -15,8 +15,8 @@
 //!
 //! They hold for a model whose terms are the right ones.
 
+use crate::cores::AcrossCores as _;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::closed_loop::error_at;
 use super::fit::{Fit, coarse};
@@ -185,7 +185,7 @@ fn profile(fit: &Fit, index: usize, curvature: &Curvature, inflation: f64, signa
     let steps: Vec<f64> = (0..PROFILE_STEPS)
         .flat_map(|i| [1.0, -1.0].map(|side| side * at * PROFILE_FROM * libm::pow(2.0, f64::from(i) / 2.0)))
         .collect();
-    steps.into_par_iter().filter(|step| inside(*step)).map(f64::abs).reduce(|| 0.0, f64::max)
+    steps.into_par_iter().map(|step| if inside(step) { step.abs() } else { 0.0 }).fold(0.0, f64::max)
 }
 
 /// Changes of the whitened residual by what the discretisation leaves open.

@@ -4,8 +4,8 @@
 //! What refitted nominal parameters could explain as well is projected out first, so that only what is new counts; the
 //! size of the term is optimised in closed form along the line from nothing to the trial.
 
+use crate::cores::AcrossCores as _;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::physics::{Begins, KINDS, Kind, Place, Signature, Term};
 

@@ -1,7 +1,7 @@
 //! The search for missing physics in a loop whose plant is stated: refit, then rounds of screening, fitting and selection, each
 //! on top of what was named before.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::physics::Kind;
 use crate::{Error, Result};

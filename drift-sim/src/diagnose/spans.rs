@@ -5,8 +5,8 @@
 //! together with the noise model, and so on until nothing gains enough (orthogonal matching pursuit; Pati et al. 1993). A
 //! step and a later one back make a span; spans of one size make one term.
 
+use crate::cores::AcrossCores as _;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;

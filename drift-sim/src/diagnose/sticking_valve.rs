@@ -8,7 +8,7 @@
 //! numbers have been given their best linear step. From the stated plant: the refitted one has bent towards the hysteresis.
 //! Once the plant behind the best valve is known, the last digits of the valve are searched in the same way around it.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::physics::Term;
 

@@ -9,7 +9,7 @@
 //! A sine tells nothing: all that hysteresis does to it is to make it late and small, and so does a lag. A sticking valve in a loop
 //! makes triangles and rectangles.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::physics::{Term, stem};
 use crate::plant::Plant;

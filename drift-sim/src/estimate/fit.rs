@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
+use crate::cores::AcrossCores as _;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Point};
 use super::inner_product::dot;
@@ -137,7 +137,8 @@ impl Fit {
     /// How the rows change with each of the moving numbers.
     pub fn columns(&self, data: &Data, moving: &[usize]) -> Option<Vec<Vec<f64>>> {
         let shared = Cache::at(&self.hypothesis, &self.point, data);
-        let columns = moving.par_chunks(LANES).map(|places| self.columns_of(data, places, &shared));
+        let columns =
+            moving.chunks(LANES).into_par_iter().map(|places| self.columns_of(data, places, &shared));
         let columns: Option<Vec<Vec<Vec<f64>>>> = columns.collect();
         Some(columns?.into_iter().flatten().collect())
     }

@@ -4,7 +4,7 @@
 // Loops over the indices of small square matrices, two of them at a time: clearer than iterators over rows.
 #![allow(clippy::needless_range_loop)]
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::DMatrix;
 
 use super::linear_part::LinearPart;
 use super::noise::{Noise, WHITE};
@@ -171,33 +171,18 @@ impl<const N: usize> Step<N> {
         Some(Stretch { from, gains, scales, width: N })
     }
 
-    /// The covariance before a measurement that the recursion ends at, by doubling (Anderson 1978): each pass makes as many steps of it as
-    /// all before together.
+    /// The covariance before a measurement that the recursion ends at, by [doubling](doubled).
     fn settled(&self) -> Option<Matrix<N>> {
-        let from = |of: &dyn Fn(usize, usize) -> f64| SMatrix::<f64, N, N>::from_fn(of);
-        let identity = SMatrix::<f64, N, N>::identity();
-        let mut a = from(&|i, j| self.a[j][i]);
-        let mut g = from(&|i, j| self.c[i] * self.c[j] / WHITE);
-        let mut h = from(&|i, j| match (i == j, N - i) {
-            (true, 2) => self.drive[0],
-            (true, 1) => self.drive[1],
-            _ => 0.0,
-        });
-        for _ in 0..DOUBLINGS {
-            let inverse = (identity + g * h).try_inverse()?;
-            let moved = inverse * a;
-            let more = a.transpose() * h * moved;
-            g += a * inverse * g * a.transpose();
-            h += more;
-            a *= moved;
-            if !h.iter().all(|x| x.is_finite()) {
-                return None;
-            }
-            if more.amax() <= DOUBLED * h.amax() {
-                return Some(std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (h[(i, j)] + h[(j, i)]))));
-            }
-        }
-        None
+        let h = doubled(
+            DMatrix::from_fn(N, N, |i, j| self.a[j][i]),
+            DMatrix::from_fn(N, N, |i, j| self.c[i] * self.c[j] / WHITE),
+            DMatrix::from_fn(N, N, |i, j| match (i == j, N - i) {
+                (true, 2) => self.drive[0],
+                (true, 1) => self.drive[1],
+                _ => 0.0,
+            }),
+        )?;
+        Some(std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (h[(i, j)] + h[(j, i)]))))
     }
 
     /// The gain and the innovation's variance; the covariance becomes that after the measurement.
@@ -237,6 +222,27 @@ impl<const N: usize> Step<N> {
         p[N - 2][N - 2] += self.drive[0];
         p[N - 1][N - 1] += self.drive[1];
     }
+}
+
+/// The doubling itself (Anderson 1978): each pass makes as many steps of the recursion as all before together. One code for every width: it runs once
+/// in a stretch, and nalgebra's inverse is long.
+fn doubled(mut a: DMatrix<f64>, mut g: DMatrix<f64>, mut h: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let identity = DMatrix::<f64>::identity(h.nrows(), h.ncols());
+    for _ in 0..DOUBLINGS {
+        let inverse = (&identity + &g * &h).try_inverse()?;
+        let moved = &inverse * &a;
+        let more = a.transpose() * &h * &moved;
+        g += &a * &inverse * &g * a.transpose();
+        h += &more;
+        a *= &moved;
+        if !h.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        if more.amax() <= DOUBLED * h.amax() {
+            return Some(h);
+        }
+    }
+    None
 }
 
 fn settled<const N: usize>(before: &([f64; N], f64), now: &([f64; N], f64)) -> bool {

@@ -2,8 +2,8 @@
 //! well a regression of y on what leaves the actuator foretells the next sample; a plant is then identified behind the likeliest of them. From u itself
 //! it would be another plant, one that answers late and little.
 
+use crate::cores::AcrossCores as _;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::control_loop::Loop;
 use crate::estimate::inner_product::dot;

@@ -1,7 +1,7 @@
 //! What the recording could have shown: for each kind of physics about the smallest size that would have been found. A trial of each kind
 //! changes the innovations; what the model's own numbers can't take up of that is what shows, and grows with the square of the size.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
@@ -28,8 +28,9 @@ pub fn shows(fit: &Fit, data: &Data, options: &Options) -> Vec<(&'static Kind, S
     let Some(base) = Base::new(fit, data) else { return Vec::new() };
     let present = |kind: &Kind| fit.hypothesis.candidates().iter().any(|term| term.kind == kind);
     KINDS
-        .par_iter()
+        .iter()
         .copied()
+        .into_par_iter()
         .filter(|kind| is_searched(kind) && (kind.applies)(&fit.hypothesis.model.plant) && !present(kind))
         .filter(|kind| !matches!(kind.search, Starts::NoiseChange))
         .filter_map(|kind| {

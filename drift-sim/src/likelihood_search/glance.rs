@@ -1,7 +1,7 @@
 //! A look at every kind of physics beside a base: where the fit of each begins, what it promises there, and short fits from there, of those rounds in which
 //! something may be found.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;

@@ -6,7 +6,7 @@
 //! maximum). It assumes that the noise is of the model's kind, that the kinds are all there are, and that the fits reach the maximum; innovations
 //! that are correlated still count by their independent share.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;

@@ -1,9 +1,9 @@
 //! A likelihood as narrow as a needle, of a valve that sticks: the way to its top, and the points about it that are as likely.
 
+use crate::cores::AcrossCores as _;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;

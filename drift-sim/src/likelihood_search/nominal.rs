@@ -1,6 +1,6 @@
 //! The loop as stated, its numbers and its noise fitted: what every kind of physics has to beat.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};

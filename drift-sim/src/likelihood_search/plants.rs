@@ -2,7 +2,7 @@
 //! constants. Which of them it is, is decided jointly with the physics: a structure that lost may win with a term. Healthy recordings are part of
 //! the same likelihood: what is looked for is not in them.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;

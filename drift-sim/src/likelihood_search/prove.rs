@@ -1,6 +1,6 @@
 //! The proof: what was found, on samples that no number was fitted on and no choice was made by: the log-likelihood that is gained there.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::diagnose::signals::Signals;
 use crate::estimate::fit::Fit;

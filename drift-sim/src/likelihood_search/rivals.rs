@@ -1,6 +1,6 @@
 //! Fits of all kinds of physics beside a base: what explains the recordings, each kind at the best point that can be found.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::{Fit, SLID_GAIN, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};

@@ -1,7 +1,7 @@
 //! Section 6.2: the nominal relation from one healthy run of 100 s, and how much it owes to the seed.
 
+use crate::cores::AcrossCores as _;
 use drift_core::Index;
-use rayon::prelude::*;
 
 use super::line;
 use super::settings::{KP, LONG_RUN_S, OTHER_KP, Settings, Use};

@@ -4,7 +4,7 @@
 //! Baselines are taken from long healthy operation, so that only the channels differ. The drift begins when the loop
 //! has settled and grows to mu_max in 100 s; then it holds, or goes on growing. Detectors start at zero at its onset.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use super::charts::{Charts, joint_thresholds, run_lengths, standardised, threshold};
 use super::healthy::{CHANNELS, lines, tumbling};

@@ -2,11 +2,11 @@
 //! 100 s in which the drift reaches mu_max at the end. The monitored run has the baseline run's reference, as in the
 //! paper, whose runs differ in the drift alone: what the detectors see is then the drift and the baseline's own residuals.
 
+use crate::cores::AcrossCores as _;
 use drift_core::{
     Cusum, CusumState, Detector, DetectorState, Detectors, FaultCurve, Index, Shewhart, Sprt, SprtState,
     Verdict,
 };
-use rayon::prelude::*;
 
 use super::baseline::healthy_windows;
 use super::line;

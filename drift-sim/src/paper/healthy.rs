@@ -1,7 +1,7 @@
 //! Long healthy operation of the paper's loop: what thresholds are set on, and fresh runs that verify them.
 
+use crate::cores::AcrossCores as _;
 use drift_core::{ChannelKind, Index};
-use rayon::prelude::*;
 
 use super::line;
 use super::settings::{HOPS_PER_WINDOW, Settings, Use};

@@ -3,8 +3,8 @@
 //! excursion for a shift. Measured on healthy runs alone; mended by windows that don't overlap, or by thresholds that
 //! were set on such residuals.
 
+use crate::cores::AcrossCores as _;
 use drift_core::{Baseline, ChannelKind, Index};
-use rayon::prelude::*;
 
 use super::baseline::healthy_windows;
 use super::charts::{Charts, run_lengths, standardised, threshold};

@@ -4,8 +4,8 @@
 //! delta_mu is the range over mu_max at one sigma_growth, averaged over the levels of sigma_growth; delta_sigma the
 //! reverse.
 
+use crate::cores::AcrossCores as _;
 use drift_core::{Baseline, Detectors, Index};
-use rayon::prelude::*;
 
 use super::settings::{MU_LEVELS, MU_LEVELS_TO_6, SHORT_RUN_S, SIGMA_LEVELS};
 use super::windows::{Drift, Sees, Stream, Window, config, pair};

@@ -6,7 +6,7 @@
 //! expectation D (Kullback and Leibler's), of which the ratio itself is scattered with a variance of 2 D, as for any two hypotheses that differ in
 //! their predictions alone: the ratio is `d.e + d.d/2` with white e, and `D = d.d/2`.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::rehearsal::Stage;

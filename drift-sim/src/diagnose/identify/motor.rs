@@ -7,7 +7,7 @@
 //! searched on by the prediction error. Four motors compete, with and without either, and the one taken must predict parts of y that no fit
 //! has seen better than the linear plant does.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use crate::control_loop::Loop;
 use crate::likelihood_search::units;

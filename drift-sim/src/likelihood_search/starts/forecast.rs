@@ -1,7 +1,7 @@
 //! Forecasts for a peak that is as narrow as a needle: what an actuator makes of u at thousands of points about a fit, each judged by how the innovations answer to
 //! an impulse of what leaves it, which costs a hundredth of a run of the filter. The best of them are run.
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 use realfft::num_complex::Complex;
 
 use crate::control_loop::Loop;

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read};
 
-use rayon::prelude::*;
+use crate::cores::AcrossCores as _;
 
 use super::plain::{PlainRow, PlainRows, Plan};
 

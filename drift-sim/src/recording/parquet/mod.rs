@@ -5,10 +5,10 @@ mod column;
 mod file;
 mod sizes;
 
+use crate::cores::AcrossCores as _;
 use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use bytes::Bytes;
-use rayon::prelude::*;
 
 use super::ReadOptions;
 use super::budget::Budget;

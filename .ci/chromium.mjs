@@ -38,7 +38,9 @@ export async function start(program, options = []) {
     await gone;
     rmSync(profile, { recursive: true, force: true });
   };
-  return { open, close };
+  /** Seconds of the processor that all of its processes have taken. */
+  const seconds = async () => (await call("SystemInfo.getProcessInfo")).processInfo.reduce((sum, { cpuTime }) => sum + cpuTime, 0);
+  return { open, close, seconds };
 }
 
 /** Opens a page of that size; `dark` is how it is asked to look. */

@@ -84,7 +84,8 @@ effort the mean of u, energy the mean of u squared. The picture shows the residu
 const OWN_STYLE: &str = "
 body { max-width: 90rem; }
 #loops th button { font: inherit; color: inherit; background: none; border: 0; padding: 0; cursor: pointer; text-align: inherit; }
-#loops th[aria-sort=ascending] button::after { content: ' \\25b2'; } #loops th[aria-sort=descending] button::after { content: ' \\25bc'; }
+#loops th button::after { content: '\\00a0\\2195'; opacity: .5; } #loops th[aria-sort] button::after { opacity: 1; }
+#loops th[aria-sort=ascending] button::after { content: '\\00a0\\25b2'; } #loops th[aria-sort=descending] button::after { content: '\\00a0\\25bc'; }
 #loops .s { color: var(--ink); font-weight: 600; white-space: nowrap; }
 #loops svg { display: block; } #loops polyline { fill: none; stroke: var(--purple); stroke-width: 1.3; } #loops line { stroke: var(--rule); }
 .disturbance { --ink: var(--suspect); } .error, .no_baseline, .not_judged { --ink: var(--cant_tell); }
@@ -93,10 +94,16 @@ body { max-width: 90rem; }
 #loops tr[hidden] { display: none; }
 @media (max-width: 40rem) {
   #loops, #loops tbody { display: block; }
-  #loops thead tr { display: flex; flex-wrap: wrap; gap: .1rem .9rem; } #loops thead th { border: 0; padding: 0; }
-  #loops tbody tr { display: grid; grid-template-columns: 1fr 1fr; gap: 0 1rem; padding: .5rem 0; border-top: 1px solid var(--rule); }
-  #loops td { border: 0; padding: 0; text-align: left; } #loops td:last-child { grid-column: 1 / -1; }
-  #loops td.n:empty { display: none; }
+  #loops thead tr { display: flex; flex-wrap: wrap; align-items: baseline; gap: .4rem; padding-bottom: .6rem; }
+  #loops thead tr::before { content: 'Sort by'; color: var(--soft); }
+  #loops thead th { border: 0; padding: 0; min-width: 0; }
+  #loops thead button { border: 1px solid var(--rule); border-radius: 4px; padding: .1rem .5rem; font-weight: normal; }
+  #loops tbody tr { display: grid; grid-template-columns: repeat(6, 1fr); padding: .6rem 0; border-top: 1px solid var(--rule); }
+  #loops td { border: 0; padding: 0; text-align: left; grid-column: span 3; } #loops td:empty { display: none; }
+  #loops td:nth-child(3) { grid-column: 1 / 4; grid-row: 2 / span 2; padding-top: .3rem; }
+  #loops td:nth-child(4), #loops td:nth-child(5) { grid-column: 4 / 7; }
+  #loops td:nth-child(n+6) { grid-column: span 2; } #loops td:last-child { grid-column: 1 / 7; grid-row: 4; padding-top: .3rem; }
+  #loops td:nth-child(n+6):nth-child(-n+8) { color: var(--soft); grid-row: 5; }
   #loops td:nth-child(4)::after { content: ' sigma'; } #loops td:nth-child(6)::before { content: 'error '; }
   #loops td:nth-child(7)::before { content: 'effort '; } #loops td:nth-child(8)::before { content: 'energy '; }
   #loops td:nth-child(n+6):nth-child(-n+8)::after { content: ' %'; }

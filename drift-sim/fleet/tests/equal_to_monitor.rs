@@ -189,7 +189,7 @@ async fn two_halves_of_a_loop_are_refused_and_not_judged() {
 
 /// The same against the command itself, on 100 loops. `DRIFT` is its path.
 #[tokio::test]
-#[ignore = "needs the command drift; .ci/fleet long runs it"]
+#[ignore = "needs the command drift; .ci/fleet runs it"]
 async fn a_hundred_loops_are_the_commands_to_the_byte() {
     const LOOPS: usize = 100;
     let drift = std::env::var("DRIFT").expect("DRIFT is the path of the command");

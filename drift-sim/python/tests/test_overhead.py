@@ -11,11 +11,11 @@ import pytest
 
 import drift
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.timed
 
 ROUNDS = 6
-# The goal is 1.1; with a decision every 200 samples 3.8 was measured, for each decision is written as JSON.
-PUSH_AT_MOST = 6.0
+# What the door may cost: times as long as Rust's side.
+PUSH_AT_MOST = 1.1
 DIAGNOSE_AT_MOST = 1.02
 
 
@@ -52,7 +52,8 @@ def test_push_of_an_array(oven, calibration, tmp_path, capsys):
 def test_diagnose(oven, root, command, tmp_path, capsys):
     """Processor time of both: other work on the machine moves it less than the clock."""
     faulty = oven.with_physics("sensor_bias", bias=2.0, onset_s=9000.0)
-    run = drift.simulate(faulty, duration_s=20_000, seed=2, reference_mean=35.0, reference_sd=3.0, reference_hold=200)
+    # Some seconds: of less than one, two per cent are lost in what else the machine does.
+    run = drift.simulate(faulty, duration_s=80_000, seed=2, reference_mean=35.0, reference_sd=3.0, reference_hold=200)
     path, loop = tmp_path / "run.csv", root / "examples/loops/oven.toml"
     pandas.DataFrame(run.to_dict()).to_csv(path, index=False)
 

@@ -9,7 +9,7 @@ use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::choice::Choice;
 use super::sampling::HEAD_ROWS;
 use super::table::{Batches, Cells, TableRows};
-use super::{ReadOptions, RecordingStream, Repeated, Sample};
+use super::{ReadOptions, RecordingStream, Repeated, Sample, Samples};
 use crate::{Error, Result};
 
 /// Named columns of equal length: some rows of a recording.
@@ -99,6 +99,12 @@ impl FedRecording {
         Ok(())
     }
 
+    /// The next samples, as far as they can be handed on together ([`RecordingStream::valid_samples`]): none where the next one is for
+    /// [`Self::next`] to tell, or has not come in yet.
+    pub fn valid_samples(&mut self) -> Samples<'_> {
+        self.stream.as_mut().map_or(Samples::NONE, RecordingStream::valid_samples)
+    }
+
     /// The next sample; `None` until more rows are handed over, or at the end.
     ///
     /// # Errors
@@ -145,7 +151,7 @@ impl Batches for Pieces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Recording;
+    use crate::recording::{Recording, RowState};
 
     fn columns(rows: std::ops::Range<usize>) -> Piece {
         let of = |f: &dyn Fn(usize) -> f64| Cells::Double(rows.clone().map(f).collect());
@@ -161,26 +167,45 @@ mod tests {
             .into()
     }
 
-    /// Against the same rows handed over at once.
+    /// A sample in bits.
+    type Bits = (u64, [u64; 3], RowState);
+
+    /// The samples that have come in, as many together as there are; how many were handed on so.
+    fn drain(fed: &mut FedRecording, samples: &mut Vec<Bits>) -> usize {
+        let bits = |t_s: f64, [r, y, u]: [f64; 3], state| (t_s.to_bits(), [r, y, u].map(f64::to_bits), state);
+        let mut together = 0;
+        loop {
+            let valid = fed.valid_samples();
+            if !valid.is_empty() {
+                together += valid.len();
+                let at = |n: usize| bits(valid.t_s[n], [valid.r[n], valid.y[n], valid.u[n]], RowState::Valid);
+                samples.extend((0..valid.len()).map(at));
+                continue;
+            }
+            let Some(s) = fed.next().unwrap() else { return together };
+            samples.push(bits(s.t_s, [s.r, s.y, s.u], s.state));
+        }
+    }
+
+    /// Against the same rows handed over at once: with a mode they come one by one, without one nearly all of them together.
     #[test]
     fn pieces_of_any_length_become_the_samples_of_the_whole() {
         const ROWS: usize = 30_000;
         let options = ReadOptions::default();
-        let whole = Recording::from_columns("x", columns(0..ROWS), &options).unwrap();
-        for piece in [997, 10_000, 40_000] {
+        for (count, piece) in [5, 4].into_iter().flat_map(|count| [997, 10_000, 40_000].map(|n| (count, n))) {
+            let columns = |rows| columns(rows).into_iter().take(count).collect::<Piece>();
+            let whole = Recording::from_columns("x", columns(0..ROWS), &options).unwrap();
             let mut fed = FedRecording::new("x", &options).unwrap();
-            let mut samples = Vec::new();
-            let mut drain = |fed: &mut FedRecording| {
-                while let Some(s) = fed.next().unwrap() {
-                    samples.push((s.t_s.to_bits(), [s.r, s.y, s.u].map(f64::to_bits), s.state));
-                }
-            };
+            let (mut samples, mut together) = (Vec::new(), 0);
+            let mut drain = |fed: &mut FedRecording| together += drain(fed, &mut samples);
             for from in (0..ROWS).step_by(piece) {
                 fed.push(columns(from..(from + piece).min(ROWS))).unwrap();
                 drain(&mut fed);
             }
             fed.finish().unwrap();
             drain(&mut fed);
+            let by_one = if count == 5 { ROWS } else { HEAD_ROWS + ROWS / piece + 10 };
+            assert!(together + by_one >= ROWS, "{together} of {ROWS} together");
             let stream = fed.stream().unwrap();
             assert_eq!(stream.quality(), whole.quality);
             assert_eq!(samples.len(), whole.len());

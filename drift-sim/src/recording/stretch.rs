@@ -18,6 +18,9 @@ pub struct Samples<'a> {
 }
 
 impl Samples<'_> {
+    /// No sample.
+    pub(super) const NONE: Self = Self { t_s: &[], r: &[], y: &[], u: &[] };
+
     /// How many they are.
     pub fn len(&self) -> usize {
         self.t_s.len()

@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use datafusion::arrow::array::{ArrayRef, Float64Array, RecordBatch, StringArray};
 use datafusion::parquet::arrow::ArrowWriter;
+use datafusion::parquet::file::properties::WriterProperties;
+use datafusion::parquet::schema::types::ColumnPath;
 use drift_sim::control_loop::Loop;
 use drift_sim::reference::Reference;
 use drift_sim::simulate::Simulation;
@@ -70,24 +72,47 @@ fn toml(number: usize, fault_from_s: Option<f64>) -> (String, f64) {
     (text, sample_time_s)
 }
 
-/// `samples` of a loop; with a fault from the middle on where it is not `healthy` and the loop has one.
-pub fn run(number: usize, samples: usize, healthy: bool) -> Run {
-    let sample_time_s = toml(number, None).1;
-    let middle = (!healthy).then_some((samples / 2) as f64 * sample_time_s);
-    let model = Loop::parse(&toml(number, middle).0, "made.toml").unwrap();
-    let seed = 2 * number as u64 + u64::from(healthy);
-    let mut simulation = Simulation::new(&model, seed).unwrap();
-    let mut reference = Reference::random(50.0, 5.0, 200, seed);
-    let mut made = Run { tag: tag(number), t: Vec::new(), r: Vec::new(), y: Vec::new(), u: Vec::new() };
-    for n in 0..samples {
-        let r = reference.next().unwrap();
-        let step = simulation.step(r, &[]);
-        made.t.push(drift_sim::simulate::time_s(n, sample_time_s));
-        made.r.push(r);
-        made.y.push(step.y);
-        made.u.push(step.u);
+/// A recording that is made part by part, so that a long one is never held.
+pub struct Making {
+    tag: String,
+    sample_time_s: f64,
+    simulation: Simulation,
+    reference: Reference,
+    made: usize,
+}
+
+impl Making {
+    /// Of a loop's `samples`; with a fault from the middle on where it is not `healthy` and the loop has one.
+    pub fn new(number: usize, samples: usize, healthy: bool) -> Self {
+        let sample_time_s = toml(number, None).1;
+        let middle = (!healthy).then_some((samples / 2) as f64 * sample_time_s);
+        let model = Loop::parse(&toml(number, middle).0, "made.toml").unwrap();
+        let seed = 2 * number as u64 + u64::from(healthy);
+        let simulation = Simulation::new(&model, seed).unwrap();
+        let reference = Reference::random(50.0, 5.0, 200, seed);
+        Self { tag: tag(number), sample_time_s, simulation, reference, made: 0 }
     }
-    made
+
+    /// The next so many samples.
+    pub fn part(&mut self, samples: usize) -> Run {
+        let mut run =
+            Run { tag: self.tag.clone(), t: Vec::new(), r: Vec::new(), y: Vec::new(), u: Vec::new() };
+        for n in self.made..self.made + samples {
+            let r = self.reference.next().unwrap();
+            let step = self.simulation.step(r, &[]);
+            run.t.push(drift_sim::simulate::time_s(n, self.sample_time_s));
+            run.r.push(r);
+            run.y.push(step.y);
+            run.u.push(step.u);
+        }
+        self.made += samples;
+        run
+    }
+}
+
+/// All `samples` of a loop at once.
+pub fn run(number: usize, samples: usize, healthy: bool) -> Run {
+    Making::new(number, samples, healthy).part(samples)
 }
 
 fn batch(run: &Run, rows: std::ops::Range<usize>) -> RecordBatch {
@@ -111,12 +136,20 @@ pub fn write_unnamed(path: &Path, run: &Run) {
     writer.close().unwrap();
 }
 
+/// Only names are packed by what repeats: measured numbers don't repeat, and those of copied loops must not be smaller for it.
+fn packing() -> WriterProperties {
+    let plain = WriterProperties::builder().set_dictionary_enabled(false);
+    plain.set_column_dictionary_enabled(ColumnPath::from("tag"), true).build()
+}
+
 /// Writes the runs to one Parquet file, one after the other (`slice` 0) or by turns, `slice` rows of each, as a historian does.
 pub fn write_parquet(path: &Path, runs: &mut dyn Iterator<Item = Run>, slice: usize) {
     let mut writer: Option<ArrowWriter<std::fs::File>> = None;
     let mut write = |batch: &RecordBatch| {
-        let create =
-            || ArrowWriter::try_new(std::fs::File::create(path).unwrap(), batch.schema(), None).unwrap();
+        let create = || {
+            let file = std::fs::File::create(path).unwrap();
+            ArrowWriter::try_new(file, batch.schema(), Some(packing())).unwrap()
+        };
         writer.get_or_insert_with(create).write(batch).unwrap();
     };
     if slice == 0 {

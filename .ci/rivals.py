@@ -15,7 +15,7 @@ LOOP = "examples/loops/paper.toml"
 RECORDED = pathlib.Path(".ci/rivals.json")
 # A loss of more than this is refused.
 ALLOWED = 1.10
-# What each loop is to take, in times what another program of its table does: issue 15's goal over that program's time on the machine it was measured on.
+# What each loop is to take, in times what another program of its table does: the goal that was set, over that program's time on the machine where it was set.
 GOALS = {
     "monitor, CSV": ("parser by hand, C, of the CSV", 2.0 / 1.1),
     "monitor, Parquet": ("duckdb", 0.8 / 0.6),

@@ -32,3 +32,31 @@ pub fn numbers(fit: &Fit, data: &Data) -> usize {
     };
     hypothesis.places_of(last).iter().filter(|place| is_idle(place)).count()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control_loop::Loop;
+    use crate::estimate::signals::Signals;
+    use crate::likelihood_search::hypothesis;
+    use crate::likelihood_search::options::Options;
+    use crate::physics::Term;
+
+    /// u goes from -0.5 to 1 and back.
+    #[test]
+    fn a_limit_that_u_never_comes_to_is_idle() {
+        let text = "[loop]\nsample_time_s = 0.1\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.0\ntime_constant_s = 0.5";
+        let model = Loop::parse(text, "a loop").unwrap();
+        let u: Vec<f64> = (0..600).map(|n| if n / 50 % 2 == 0 { 1.0 } else { -0.5 }).collect();
+        let y: Vec<f64> = u.iter().zip(0..).map(|(u, n)| 2.0 * u + 0.01 * f64::sin(n as f64 * 0.7)).collect();
+        let recordings = vec![Signals { sample_time_s: 0.1, r: y.clone(), y, u, ..Signals::default() }];
+        let nominal = hypothesis(&model, &recordings, &Options::default());
+        let data = Data::new(&nominal, recordings, vec![600]);
+        for (lower, upper, idle) in [(-2.0, 0.8, 1), (-0.3, 3.0, 1), (-0.3, 0.8, 0), (-2.0, 3.0, 2)] {
+            let limited =
+                nominal.with(Term::new("saturation", &[("lower", lower), ("upper", upper)]).unwrap());
+            let fit = Fit::at(&limited, &limited.own_point(), &data).unwrap();
+            assert_eq!(numbers(&fit, &data), idle, "{lower} .. {upper}");
+        }
+    }
+}

@@ -20,7 +20,7 @@ const LEAST: f64 = 3.0;
 const LONG: usize = 12;
 const AGAIN: usize = 5;
 const POLISH: usize = 30;
-/// Part of the best one's gain from which on a kind's fit is polished.
+/// Part of the best one's gain from which on a kind's fit is polished and its idle numbers are counted.
 const NEAR: f64 = 0.8;
 /// Part of the best one's gain, and gain, from which on a needle is searched for.
 const NEEDLED: f64 = 0.5;
@@ -312,10 +312,7 @@ impl Field {
 
     /// The likeliest, each to where no step gains any more: what decides between them is their distance.
     fn polish(&mut self, data: &Data) {
-        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
-        let near: Vec<bool> = self.rivals.iter().map(|rival| self.gain(rival) > NEAR * top).collect();
-        let near = self.rivals.par_iter_mut().zip(near).filter(|(rival, near)| rival.ended && *near);
-        near.for_each(|(rival, _)| {
+        self.near_the_best().into_par_iter().for_each(|rival| {
             let fixed = stuck(&rival.fit.hypothesis);
             rival.fit.descend(data, POLISH, &fixed);
             nominal::under_other_noise(&mut rival.fit, data);
@@ -327,12 +324,17 @@ impl Field {
         self.sort();
     }
 
-    /// Counts the idle numbers of those that a decision may leave.
+    /// Counts the idle numbers of the likeliest.
     fn count_idle(&mut self, data: &Data) {
+        self.near_the_best().into_par_iter().for_each(|rival| rival.idle = idle::numbers(&rival.fit, data));
+    }
+
+    /// The likeliest, of those that were fitted to the end.
+    fn near_the_best(&mut self) -> Vec<&mut Rival> {
         let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
-        let near: Vec<bool> = self.rivals.iter().map(|rival| self.gain(rival) > NEAR * top).collect();
-        let near = self.rivals.par_iter_mut().zip(near).filter(|(rival, near)| rival.ended && *near);
-        near.for_each(|(rival, _)| rival.idle = idle::numbers(&rival.fit, data));
+        let near: Vec<bool> =
+            self.rivals.iter().map(|rival| rival.ended && self.gain(rival) > NEAR * top).collect();
+        self.rivals.iter_mut().zip(near).filter_map(|(rival, is_near)| is_near.then_some(rival)).collect()
     }
 
     /// Log-likelihood that a rival gains over the base. That a load which stays is unlikely speaks for none of them: what takes its place is no

@@ -9,6 +9,7 @@ use crate::simulate::batch::{Driven, ServoStep};
 use super::driven::Memory;
 use super::innovations::{Innovations, SETTLING};
 use super::lanes::{LANES, Side};
+use super::rest::{Law, Rest};
 use super::side_by_side::{Gains, Gone, Lane, Lanes};
 use super::signals::Signals;
 
@@ -47,6 +48,7 @@ struct Run<'a, T> {
     phi_load: T,
     rho: T,
     state: State<T>,
+    rest: Rest<T>,
     gone: Gone<T>,
 }
 
@@ -101,6 +103,7 @@ impl<'a, T: Side> Run<'a, T> {
             phi_load: lanes.each(|lane| lane.filter.noise.load_phi(signals.sample_time_s)),
             rho: lanes.each(|lane| lane.filter.noise.sensor_rho),
             state: State { x: state(0), v: state(1), acceleration: zero, load: zero, sensor: zero },
+            rest: Rest::new(lanes.each(|lane| 1.0 / lane.filter.unit)),
             gone,
             lanes,
         })
@@ -118,9 +121,12 @@ impl<'a, T: Side> Run<'a, T> {
     fn part(&mut self, samples: Range<usize>) -> Option<()> {
         let moves = self.moves(samples.start)?;
         let (stretches, ranges) = self.lanes.under_gains(samples)?;
+        let laws: Vec<&Law<f64>> = stretches.iter().filter_map(|stretch| stretch.rest.as_ref()).collect();
+        let law = laws.first().filter(|_| laws.len() == stretches.len());
+        let law = law.map(|first| Law::<T>::of(|lane| laws.get(lane).unwrap_or(first)));
         for range in ranges {
             let gains = self.lanes.gains(&stretches, range.start)?;
-            self.block(&moves, &gains, range);
+            self.block(&moves, &gains, law.as_ref(), range);
         }
         Some(())
     }
@@ -149,8 +155,8 @@ impl<'a, T: Side> Run<'a, T> {
         })
     }
 
-    /// Samples under the same gains.
-    fn block(&mut self, moves: &Moves<T>, gains: &Gains<T, 2>, samples: Range<usize>) {
+    /// Samples under the same gains, but for masses that rest.
+    fn block(&mut self, moves: &Moves<T>, gains: &Gains<T, 2>, law: Option<&Law<T>>, samples: Range<usize>) {
         let mut state = self.state;
         for n in samples {
             let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
@@ -159,6 +165,9 @@ impl<'a, T: Side> Run<'a, T> {
             let shown = self.shown(n, y) - self.late * rate + moves.growth * state.sensor;
             if let Some(y) = measured {
                 let e = T::all(y) - shown;
+                let rested = state.v.is_same(T::all(0.0));
+                let own = law.and_then(|law| self.rest.gains(law, n, (rested, gains), e));
+                let gains = own.as_ref().unwrap_or(gains);
                 self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
                 state.x = state.x + gains.states[0] * e;
                 state.v = state.v + gains.states[1] * e;

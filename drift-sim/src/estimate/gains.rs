@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 
 use super::linear_part::LinearPart;
 use super::noise::{Noise, WHITE};
+use super::rest::{Covariance, LOAD, Law, SENSOR};
 
 /// Relative change of a gain from one sample to the next below which the gains have settled.
 const SETTLED: f64 = 1e-6;
@@ -31,6 +32,8 @@ pub struct Stretch {
     /// For each sample the variance of the innovation, in units of the sensor noise's: one over its root, and its logarithm.
     scales: Vec<(f64, f64)>,
     width: usize,
+    /// What the gains of a mass follow from while dry friction may hold it.
+    pub rest: Option<Law<f64>>,
 }
 
 impl Stretch {
@@ -39,6 +42,14 @@ impl Stretch {
     pub fn at(&self, sample: usize) -> (&[f64], (f64, f64)) {
         let row = (sample - self.from).min(self.scales.len() - 1);
         (&self.gains[row * self.width..(row + 1) * self.width], self.scales[row])
+    }
+
+    /// The same, those of the states apart from those of load and sensor noise.
+    #[inline]
+    pub fn parts(&self, sample: usize) -> Option<(&[f64], [f64; 2], (f64, f64))> {
+        let (gains, scales) = self.at(sample);
+        let (states, noise) = gains.split_last_chunk()?;
+        Some((states, *noise, scales))
     }
 
     /// The sample from which on they stay as they are.
@@ -104,7 +115,11 @@ fn of_width<const N: usize>(
         let growth = noise.growth_at(*from as f64 * sample_time_s + 1e-9 * sample_time_s);
         let step =
             Step { a: transition::<N>(part, phi, noise.sensor_rho), c: output::<N>(part, growth), drive };
-        stretches.push(step.stretch(&mut p, *from, to)?);
+        let mut stretch = step.stretch(&mut p, *from, to)?;
+        if part.may_rest {
+            stretch.rest = Some(step.law(n, &p));
+        }
+        stretches.push(stretch);
     }
     Some(stretches)
 }
@@ -168,7 +183,26 @@ impl<const N: usize> Step<N> {
                 }
             }
         }
-        Some(Stretch { from, gains, scales, width: N })
+        Some(Stretch { from, gains, scales, width: N, rest: None })
+    }
+
+    /// What the gains of a mass follow from, its settled covariance among it: of position and speed, or of the speed alone.
+    fn law(&self, order: usize, p: &Matrix<N>) -> Law<f64> {
+        let place = |state: usize| match state {
+            LOAD => Some(N - 2),
+            SENSOR => Some(N - 1),
+            state => (state + order).checked_sub(2),
+        };
+        let of = |matrix: &Matrix<N>, i, j| place(i).zip(place(j)).map_or(0.0, |(i, j)| matrix[i][j]);
+        Law {
+            f: std::array::from_fn(|i| std::array::from_fn(|j| of(&self.a, i, j))),
+            g: std::array::from_fn(|i| -of(&self.a, i, LOAD)),
+            c: std::array::from_fn(|i| place(i).map_or(0.0, |i| self.c[i])),
+            growth: self.c[N - 1],
+            stays: [self.a[N - 2][N - 2], self.a[N - 1][N - 1]],
+            drive: self.drive,
+            settled: Covariance::from_fn(|i, j| of(p, i, j)),
+        }
     }
 
     /// The covariance before a measurement that the recursion ends at, by [doubling](doubled).

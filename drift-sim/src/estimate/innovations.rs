@@ -8,6 +8,8 @@ use crate::simulate::{Observer, Simulation, Start};
 
 use super::gains::Stretch;
 use super::noise::Noise;
+use super::rest::Rest;
+use super::side_by_side::Gains;
 use super::signals::Signals;
 
 /// Sub-steps of a sample where a term acts along the way: each takes forces at its middle, which is enough beside the filter's corrections and
@@ -78,6 +80,8 @@ impl Filter<'_> {
             sensor: 0.0,
             inputs: vec![0.0; signals.inputs.len()],
             stretch: self.gains.first()?,
+            rest: Rest::new(1.0 / self.unit),
+            at_rest: [0.0; 2],
             later: self.gains.get(1..)?,
             in_detail,
             counts_from: counted.start.max(SETTLING),
@@ -99,6 +103,8 @@ struct Run<'a> {
     sensor: f64,
     inputs: Vec<f64>,
     stretch: &'a Stretch,
+    rest: Rest<f64>,
+    at_rest: [f64; 2],
     later: &'a [Stretch],
     in_detail: bool,
     counts_from: usize,
@@ -115,7 +121,7 @@ impl Observer for Run<'_> {
     }
 
     #[inline]
-    fn error(&mut self, n: usize, shown: f64, rate: f64) -> Option<(f64, &[f64])> {
+    fn error(&mut self, n: usize, shown: f64, rate: f64, rests: bool) -> Option<(f64, &[f64])> {
         if let Some((next, later)) = self.later.split_first()
             && n >= next.from
         {
@@ -125,25 +131,45 @@ impl Observer for Run<'_> {
         let growth = noise.growth_at(n as f64 * self.signals.sample_time_s);
         let y = self.signals.y[n];
         let e = y - (shown - self.filter.late_s * rate + growth * self.sensor);
-        let (gains, (per_deviation, log_variance)) = self.stretch.at(n);
-        let is_measured = y.is_finite();
-        if self.in_detail {
-            self.out.log_scales.push(if is_measured { log_variance } else { 0.0 });
-        }
-        if !is_measured {
+        if !y.is_finite() {
             self.out.scaled.push(0.0);
+            if self.in_detail {
+                self.out.log_scales.push(0.0);
+            }
             return None;
+        }
+        let (states, [load, sensor], (per_deviation, log_variance)) = self.stretch.parts(n)?;
+        let first = self.filter.first_state;
+        let at = |i: usize| i.checked_sub(first).and_then(|i| states.get(i)).copied().unwrap_or(0.0);
+        let moving = Gains {
+            states: std::array::from_fn(at),
+            load,
+            sensor,
+            per_deviation: self.per_unit * per_deviation,
+            log_variance,
+        };
+        let law = self.stretch.rest.as_ref();
+        let own = law.and_then(|law| self.rest.gains(law, n, (rests, &moving), e));
+        let observed = match own {
+            Some(own) => {
+                self.at_rest = own.states;
+                self.at_rest.get(first..)?
+            }
+            None => states,
+        };
+        let Gains { load, sensor, per_deviation, log_variance, .. } = own.unwrap_or(moving);
+        if self.in_detail {
+            self.out.log_scales.push(log_variance);
         }
         let counts = n >= self.counts_from;
         if counts {
             self.out.log_variances += log_variance;
             self.out.count += 1;
         }
-        self.out.scaled.push(if counts { e * self.per_unit * per_deviation } else { 0.0 });
-        let (states, [of_load, of_sensor]) = gains.split_last_chunk()?;
-        self.load += of_load * e;
-        self.sensor += of_sensor * e;
-        Some((e, states))
+        self.out.scaled.push(if counts { e * per_deviation } else { 0.0 });
+        self.load += load * e;
+        self.sensor += sensor * e;
+        Some((e, observed))
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 //! Numbers of several runs side by side, or of a single one: what a filter reckons with, written once for both.
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 use wide::f64x4;
 
@@ -9,7 +9,14 @@ pub const LANES: usize = 4;
 
 /// Numbers of all lanes, or of the only one.
 pub trait Side:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Send + Sync + 'static
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Send
+    + Sync
+    + 'static
 {
     /// Which lanes a condition holds in.
     type Mask: Copy;
@@ -20,6 +27,10 @@ pub trait Side:
     fn lane(self, lane: usize) -> f64;
     /// The absolute values.
     fn abs(self) -> Self;
+    /// The square roots.
+    fn sqrt(self) -> Self;
+    /// The natural logarithms.
+    fn ln(self) -> Self;
     /// In which lanes this is less than the other.
     fn is_less(self, other: Self) -> Self::Mask;
     /// In which lanes both are the same.
@@ -53,6 +64,16 @@ impl Side for f64 {
     #[inline(always)]
     fn abs(self) -> Self {
         self.abs()
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        libm::log(self)
     }
 
     #[inline(always)]
@@ -98,6 +119,16 @@ impl Side for f64x4 {
     #[inline(always)]
     fn abs(self) -> Self {
         f64x4::abs(self)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64x4::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64x4::ln(self)
     }
 
     #[inline(always)]

@@ -21,6 +21,8 @@ pub struct LinearPart {
     pub c: Vec<f64>,
     /// Which of the simulation's states these are.
     pub first_state: usize,
+    /// Whether dry friction may hold the plant: a mass, its speed being the last state.
+    pub may_rest: bool,
 }
 
 impl LinearPart {
@@ -31,7 +33,10 @@ impl LinearPart {
         let (along_position, along_speed) = slopes(&effects, motions);
         add_feedback(&mut plant, &model.plant, along_position, along_speed);
         let held = discretise(&plant, model.sample_time_s).ok()?;
-        Some(Self { f: held.phi, g: held.gamma, c: plant.c, first_state })
+        let is_dry = |hook: &Hook| matches!(hook, Hook::Friction | Hook::VaryingFriction);
+        let rubs = effects.iter().any(|effect| effect.hooks().iter().any(is_dry));
+        let may_rest = rubs && matches!(model.plant, Plant::Servo(_));
+        Some(Self { f: held.phi, g: held.gamma, c: plant.c, first_state, may_rest })
     }
 
     /// Number of states.

@@ -16,6 +16,7 @@ pub mod likelihood;
 pub mod linear_part;
 pub mod measure;
 pub mod noise;
+mod rest;
 mod side_by_side;
 pub use crate::diagnose::signals;
 pub use crate::diagnose::whiten;

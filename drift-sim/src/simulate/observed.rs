@@ -15,9 +15,9 @@ pub trait Observer {
     /// The measured inputs at sample `n`, in the order of the loop's list.
     fn inputs(&mut self, n: usize) -> &[f64];
 
-    /// Told y as the sensor is about to show it at sample `n`, and dy/dt there: how far it is off, and by how much each state, from the
-    /// first that is observed on, moves with that; `None` where nothing was measured.
-    fn error(&mut self, n: usize, shown: f64, rate: f64) -> Option<(f64, &[f64])>;
+    /// Told y as the sensor is about to show it at sample `n`, dy/dt there, and whether dry friction holds the plant: how far it is off, and by how much
+    /// each state, from the first that is observed on, moves with that; `None` where nothing was measured.
+    fn error(&mut self, n: usize, shown: f64, rate: f64, rests: bool) -> Option<(f64, &[f64])>;
 
     /// u, and a load (subtracted from the drive) beside those of the terms, both held until the next sample.
     fn held(&mut self, n: usize) -> (f64, f64);
@@ -28,6 +28,7 @@ trait Stepped {
     fn states(&mut self) -> &mut [f64];
     fn output_at(&self, held: f64) -> f64;
     fn rate_at(&self, held: f64) -> f64;
+    fn rests(&self) -> bool;
     fn moved(&mut self, sample: &Sample, terms: &mut Terms, times: (f64, usize)) -> f64;
 }
 
@@ -45,6 +46,11 @@ impl<const N: usize> Stepped for Exact<N> {
     #[inline]
     fn rate_at(&self, held: f64) -> f64 {
         self.rate(held)
+    }
+
+    #[inline]
+    fn rests(&self) -> bool {
+        false
     }
 
     #[inline]
@@ -67,6 +73,11 @@ impl Stepped for Body {
     #[inline]
     fn rate_at(&self, held: f64) -> f64 {
         self.rate(held)
+    }
+
+    #[inline]
+    fn rests(&self) -> bool {
+        matches!(self, Self::Servo(servo) if servo.rests())
     }
 
     #[inline]
@@ -137,7 +148,8 @@ impl Around<'_> {
                 entering(self.inputs, Enters::Load, inputs),
             );
             let shown = self.terms.sensor(self.tick, t, y);
-            if let Some((error, gains)) = observer.error(n, shown, rate) {
+            let rests = plant.rests();
+            if let Some((error, gains)) = observer.error(n, shown, rate, rests) {
                 self.correct(plant, error, gains);
             }
             let (u, own_load) = observer.held(n);

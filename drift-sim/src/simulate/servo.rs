@@ -56,6 +56,12 @@ impl Decay {
 }
 
 impl ServoBody {
+    /// Whether it is at rest: at rest is exactly at rest.
+    #[expect(clippy::float_cmp, reason = "a mass at rest is exactly at rest")]
+    pub fn rests(&self) -> bool {
+        self.x[1] == 0.0
+    }
+
     pub fn new(numbers: &Numbers, output: Output, substep_s: f64) -> Self {
         let Numbers { inertia, viscous, .. } = *numbers;
         Self {

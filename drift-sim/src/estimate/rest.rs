@@ -1,0 +1,270 @@
+//! The filter of a mass that dry friction holds. While it rests nothing that is measured moves it, and nothing tells the load on it: the gains of the moving mass
+//! would let a random load carry it about, and the noise's numbers would bend to that. From its first rest on the covariance of position, speed, load and
+//! sensor noise is carried along sample by sample, until the mass has moved for long enough.
+
+// Loops over the indices of small square matrices, two of them at a time: clearer than iterators over rows.
+#![allow(clippy::needless_range_loop)]
+
+use super::innovations::SETTLING;
+use super::lanes::Side;
+use super::noise::WHITE;
+use super::side_by_side::Gains;
+
+/// Places of position and speed, of the load and of the sensor's noise.
+const STATES: usize = 2;
+/// Of the load.
+pub const LOAD: usize = 2;
+/// Of the sensor's noise.
+pub const SENSOR: usize = 3;
+const ALL: usize = 4;
+const SPEED: usize = 1;
+
+/// A symmetric matrix over position, speed, load and sensor noise: what is on the diagonal and left of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Covariance<T>([[T; ALL]; ALL]);
+
+impl<T: Copy> Covariance<T> {
+    /// From its entries; those right of the diagonal are not asked for.
+    pub fn from_fn(of: impl Fn(usize, usize) -> T) -> Self {
+        Self(std::array::from_fn(|i| std::array::from_fn(|j| of(i.max(j), i.min(j)))))
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize, j: usize) -> T {
+        self.0[i.max(j)][i.min(j)]
+    }
+}
+
+/// What the gains follow from: the mass as it moves, and the noise.
+#[derive(Debug, Clone, Copy)]
+pub struct Law<T> {
+    /// What position and speed become of position and speed over a sample.
+    pub f: [[T; STATES]; STATES],
+    /// What a load takes from them.
+    pub g: [T; STATES],
+    /// How y is made of them.
+    pub c: [T; STATES],
+    /// The factor on the sensor's noise.
+    pub growth: T,
+    /// What stays of load and sensor noise from one sample to the next.
+    pub stays: [T; 2],
+    /// Variances that they gain.
+    pub drive: [T; 2],
+    /// The covariance before a measurement where the mass has long been moving.
+    pub settled: Covariance<T>,
+}
+
+impl<T: Side> Law<T> {
+    /// That of each lane.
+    pub fn of<'a>(each: impl Fn(usize) -> &'a Law<f64>) -> Self {
+        let number = |of: &dyn Fn(&Law<f64>) -> f64| T::of(|lane| of(each(lane)));
+        Self {
+            f: std::array::from_fn(|i| std::array::from_fn(|j| number(&|law| law.f[i][j]))),
+            g: std::array::from_fn(|i| number(&|law| law.g[i])),
+            c: std::array::from_fn(|i| number(&|law| law.c[i])),
+            growth: number(&|law| law.growth),
+            stays: std::array::from_fn(|i| number(&|law| law.stays[i])),
+            drive: std::array::from_fn(|i| number(&|law| law.drive[i])),
+            settled: Covariance::from_fn(|i, j| number(&|law| law.settled.at(i, j))),
+        }
+    }
+
+    /// The covariance a sample later: of a mass that moved, and of one that rested, whose speed is known to be nothing.
+    #[inline(always)]
+    fn moved(&self, p: &Covariance<T>, rested: T::Mask) -> Covariance<T> {
+        let zero = T::all(0.0);
+        let [load_stays, sensor_stays] = self.stays;
+        // What position and speed make of a column, the load's part in it.
+        let over = |column: [T; STATES], load: T| -> [T; STATES] {
+            std::array::from_fn(|i| self.f[i][0] * column[0] + self.f[i][1] * column[1] - self.g[i] * load)
+        };
+        let column = |j: usize| over([p.at(0, j), p.at(1, j)], p.at(LOAD, j));
+        let (of_position, of_speed, of_load, of_sensor) =
+            (column(0), column(1), column(LOAD), column(SENSOR));
+        let between = |i: usize| over([of_position[i], of_speed[i]], of_load[i]);
+        let states = [between(0), between(1)];
+        let rests = |moving: T, resting: T| T::choose(rested, resting, moving);
+        let mut next = *p;
+        next.0[0][0] = rests(states[0][0], p.at(0, 0));
+        next.0[1][0] = rests(states[1][0], zero);
+        next.0[1][1] = rests(states[1][1], zero);
+        for (noise, of, stays) in [(LOAD, of_load, load_stays), (SENSOR, of_sensor, sensor_stays)] {
+            next.0[noise][0] = stays * rests(of[0], p.at(0, noise));
+            next.0[noise][SPEED] = stays * rests(of[SPEED], zero);
+        }
+        next.0[LOAD][LOAD] = load_stays * load_stays * p.at(LOAD, LOAD) + self.drive[0];
+        next.0[SENSOR][LOAD] = load_stays * sensor_stays * p.at(SENSOR, LOAD);
+        next.0[SENSOR][SENSOR] = sensor_stays * sensor_stays * p.at(SENSOR, SENSOR) + self.drive[1];
+        next
+    }
+
+    /// What of each state a measurement shows, and the innovation's variance.
+    #[inline(always)]
+    fn shown(&self, p: &Covariance<T>) -> ([T; ALL], T) {
+        let of =
+            |i: usize| self.c[0] * p.at(i, 0) + self.c[1] * p.at(i, SPEED) + self.growth * p.at(i, SENSOR);
+        let shown = [of(0), of(SPEED), of(LOAD), of(SENSOR)];
+        let variance = self.c[0] * shown[0] + self.c[1] * shown[SPEED] + self.growth * shown[SENSOR];
+        (shown, variance + T::all(WHITE))
+    }
+}
+
+/// Innovation at rest, in deviations of those that came before, from which on a mass does not rest, whatever the model says.
+const SLIPS: f64 = 5.0;
+/// Samples at rest over which that deviation is taken.
+const REMEMBERED: f64 = 500.0;
+/// Samples after which a mass moves as if it never had been at rest.
+const LONG: f64 = 150.0;
+
+/// The covariance of masses that rest, or have rested not long ago.
+#[derive(Debug, Clone, Copy)]
+pub struct Rest<T> {
+    /// After the measurement of the sample before; none while all masses have moved for long.
+    covariance: Option<Covariance<T>>,
+    /// Samples since a mass rested.
+    moves_for: T,
+    /// Mean square of what the filter missed at rest, in the square of what it expects to miss, over so many samples.
+    missed: T,
+    samples: T,
+    per_unit: T,
+}
+
+impl<T: Side> Rest<T> {
+    /// Masses that have always been moving; with one over the unit of the sensor's noise.
+    pub fn new(per_unit: T) -> Self {
+        let (missed, zero) = (T::all(1.0), T::all(0.0));
+        Self { covariance: None, moves_for: T::all(LONG), missed, samples: zero, per_unit }
+    }
+
+    /// Gains of a sample over the sample before which masses rested or moved, `moving` being those of masses that have long been moving; `e` is the innovation.
+    /// `None` where all have.
+    #[inline]
+    pub fn gains(
+        &mut self,
+        law: &Law<T>,
+        sample: usize,
+        (rested, moving): (T::Mask, &Gains<T, STATES>),
+        e: T,
+    ) -> Option<Gains<T, STATES>> {
+        if sample < SETTLING || (self.covariance.is_none() && !T::holds_anywhere(rested)) {
+            return None;
+        }
+        let (zero, one) = (T::all(0.0), T::all(1.0));
+        self.moves_for = T::choose(rested, zero, self.moves_for + one);
+        let before = self.covariance.unwrap_or_else(|| {
+            let (shown, variance) = law.shown(&law.settled);
+            law.settled.measured(&shown, variance)
+        });
+        let is_long = T::all(LONG - 0.5).is_less(self.moves_for);
+        let mut p = law.moved(&before, rested).or(is_long, &law.settled);
+        let (mut shown, mut variance) = law.shown(&p);
+        let scaled = e * self.per_unit;
+        let square = scaled * scaled / variance;
+        let most = T::all(SLIPS * SLIPS) * self.missed;
+        let slips = T::choose(rested, T::choose(most.is_less(square), one, zero), zero);
+        self.remember(rested, square, most);
+        let slips = zero.is_less(slips);
+        if T::holds_anywhere(slips) {
+            p = p.or(slips, &law.settled);
+            (shown, variance) = law.shown(&p);
+        }
+        let is_any_not = T::holds_anywhere(self.moves_for.is_less(T::all(LONG)));
+        self.covariance = is_any_not.then(|| p.measured(&shown, variance));
+        let or = |own: T, moving: T| T::choose(is_long, moving, own);
+        Some(Gains {
+            states: std::array::from_fn(|i| or(shown[i] / variance, moving.states[i])),
+            load: or(shown[LOAD] / variance, moving.load),
+            sensor: or(shown[SENSOR] / variance, moving.sensor),
+            per_deviation: or(self.per_unit / variance.sqrt(), moving.per_deviation),
+            log_variance: or(variance.ln(), moving.log_variance),
+        })
+    }
+
+    /// How large the sensor's noise is shows on the way.
+    #[inline(always)]
+    fn remember(&mut self, rested: T::Mask, square: T, most: T) {
+        let (zero, one, all) = (T::all(0.0), T::all(1.0), T::all(REMEMBERED));
+        let more = T::choose(rested, self.samples + one, self.samples);
+        self.samples = T::choose(more.is_less(all), more, all);
+        let square = T::choose(square.is_less(most), square, most);
+        let by = (square - self.missed) / T::choose(self.samples.is_less(one), one, self.samples);
+        self.missed = self.missed + T::choose(rested, by, zero);
+    }
+}
+
+impl<T: Side> Covariance<T> {
+    /// The same after a measurement.
+    #[inline(always)]
+    fn measured(&self, shown: &[T; ALL], variance: T) -> Self {
+        let gains = shown.map(|shown| shown / variance);
+        Self::from_fn(|i, j| self.at(i, j) - gains[i] * shown[j])
+    }
+
+    /// This one, or another where a mask holds.
+    #[inline(always)]
+    fn or(self, mask: T::Mask, other: &Self) -> Self {
+        Self::from_fn(|i, j| T::choose(mask, other.at(i, j), self.at(i, j)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+
+    use crate::control_loop::Loop;
+    use crate::estimate::hypothesis::{Hypothesis, Target};
+    use crate::estimate::likelihood::{Cache, Data, runs};
+    use crate::estimate::measure;
+    use crate::estimate::noise::WHITE;
+    use crate::estimate::signals::Signals;
+    use crate::likelihood_search::options::Options;
+    use crate::likelihood_search::simulates::sequence;
+
+    const SAMPLES: usize = 3_000;
+    const STAYS: f64 = 0.8;
+
+    /// Innovations, over what the filter expects of them, and the logarithms of their variances: of a mass that dry friction of 5 N holds where a sensor's noise
+    /// is all that y shows, u reaches 1 N and the load is taken to be as random as u.
+    fn at_rest(output: &str) -> (Vec<f64>, Vec<f64>) {
+        let text = format!(
+            "[loop]\nsample_time_s = 0.01\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"servo\"\noutput = \"{output}\"\n\
+             inertia = 0.3\nviscous = 0.8\nactuator_gain = 1.0\n[[physics]]\nkind = \"coulomb_friction\"\nlevel = 5.0\n"
+        );
+        let model = Loop::parse(&text, "a loop").unwrap();
+        let level = if output == "position" { 2.0 } else { 0.0 };
+        let noise = sequence(SAMPLES, 1e-3, STAYS, &mut ChaCha8Rng::seed_from_u64(7));
+        let y: Vec<f64> = noise.iter().map(|noise| level + noise).collect();
+        let u = (0..SAMPLES).map(|n| libm::sin(n as f64 * 0.7)).collect();
+        let signals = Signals { sample_time_s: 0.01, r: y.clone(), y, u, ..Signals::default() };
+        let scales = measure::scales(&model, std::slice::from_ref(&signals));
+        let hypothesis = Hypothesis::nominal(&model, &scales, &Options::default().priors);
+        let data = Data::new(&hypothesis, vec![signals], vec![SAMPLES]);
+        let mut point = hypothesis.own_point();
+        let mut put = |target, value: f64| {
+            let place = hypothesis.place(target).unwrap();
+            point.x[place] = hypothesis.free[place].x_of(value);
+        };
+        put(Target::SensorRho, libm::atanh(STAYS));
+        put(Target::LoadSize, 0.0);
+        let mut found = runs(&hypothesis, &point, &data, &mut Cache::default(), SAMPLES, true).unwrap();
+        let run = found.remove(0);
+        (run.scaled.iter().map(|e| e * scales.noise / 1e-3).collect(), run.log_scales)
+    }
+
+    /// Closed form: at rest y is a constant under colored noise, whose part that is new has the variance 1 - rho^2 of it.
+    #[test]
+    fn at_rest_what_is_missed_is_what_the_sensors_noise_gains() {
+        for output in ["position", "speed"] {
+            let (scaled, logs) = at_rest(output);
+            let late = 500..SAMPLES;
+            let expected = libm::log(1.0 - STAYS * STAYS + WHITE);
+            for log in &logs[late.clone()] {
+                assert!((log - expected).abs() < 0.02, "{output}: {log} {expected}");
+            }
+            let square = scaled[late.clone()].iter().map(|e| e * e).sum::<f64>() / late.len() as f64;
+            // Four standard errors of a mean square of 2 500.
+            assert!((square - 1.0).abs() < 4.0 * libm::sqrt(2.0 / 2_500.0), "{output}: {square}");
+        }
+    }
+}

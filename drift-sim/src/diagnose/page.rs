@@ -272,7 +272,7 @@ impl Writing<'_> {
             .filter(|((_, value), width)| **value != 0.0 || width.is_finite())
             .map(|((parameter, value), width)| {
                 let shown = sentences::parameter(*value, *width, &self.units.unit(parameter.unit));
-                let nothing = width.is_finite() && (value - parameter.neutral).abs() <= *width;
+                let nothing = width.is_finite() && parameter.may_be_neutral(*value, *width);
                 vec![
                     kind.name.replace('_', " "),
                     kind.place.name().into(),

@@ -69,8 +69,10 @@ pub struct Parameter {
     pub scale: fn(&Scales, f64) -> f64,
     /// Whether the loop changes smoothly with it: else a fit takes longer steps and tries its values one by one.
     pub smooth: bool,
-    /// Its value at which the term does nothing.
+    /// Its value at which the term does nothing; of a limit, at which nothing passes.
     pub neutral: f64,
+    /// Whether it is a limit: the larger it is, the less it does, and no value of it does nothing.
+    pub limits: bool,
     /// Its value where a file leaves it out; `None`: it may not be left out.
     pub default: Option<f64>,
 }
@@ -91,6 +93,7 @@ impl Parameter {
             scale,
             smooth: true,
             neutral: 0.0,
+            limits: false,
             default: None,
         }
     }
@@ -104,6 +107,12 @@ impl Parameter {
     /// The same where the term does nothing at this value.
     pub(super) const fn around(mut self, neutral: f64) -> Self {
         self.neutral = neutral;
+        self
+    }
+
+    /// The same of a limit.
+    pub(super) const fn limiting(mut self) -> Self {
+        self.limits = true;
         self
     }
 
@@ -123,5 +132,10 @@ impl Parameter {
     pub(super) const fn or(mut self, value: f64) -> Self {
         self.default = Some(value);
         self
+    }
+
+    /// Whether a value that is known within so much, in its own unit, may be the one at which the term does nothing.
+    pub fn may_be_neutral(&self, value: f64, half_width: f64) -> bool {
+        !self.limits && (value - self.neutral).abs() <= half_width
     }
 }

@@ -10,7 +10,9 @@ pub(super) static KIND: Kind = Kind {
     name: "rate_limit",
     place: Place::Actuator,
     begins: Begins::Start,
-    parameters: &[Parameter::new("limit_per_s", "{u}/s", Range::Positive, |s, _| s.u_slew).rough()],
+    parameters: &[Parameter::new("limit_per_s", "{u}/s", Range::Positive, |s, _| s.u_slew)
+        .rough()
+        .limiting()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(RateLimit { most: p[0] * context.substep_s, position: None }),

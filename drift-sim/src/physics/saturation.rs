@@ -7,8 +7,8 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Actuator,
     begins: Begins::Start,
     parameters: &[
-        Parameter::new("lower", "{u}", Range::Any, |s, _| s.u).rough(),
-        Parameter::new("upper", "{u}", Range::Any, |s, _| s.u).rough(),
+        Parameter::new("lower", "{u}", Range::Any, |s, _| s.u).rough().limiting(),
+        Parameter::new("upper", "{u}", Range::Any, |s, _| s.u).rough().limiting(),
     ],
     applies: every_plant,
     consistent,

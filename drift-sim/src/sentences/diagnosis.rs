@@ -126,7 +126,7 @@ pub fn may_be_nothing(named: &Named) -> bool {
     let numbers = named.term.kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
     let mut known = numbers.filter(|(_, width)| width.is_finite() && **width > 0.0).peekable();
     known.peek().is_some()
-        && known.all(|((parameter, number), width)| (number - parameter.neutral).abs() <= *width)
+        && known.all(|((parameter, number), width)| parameter.may_be_neutral(*number, *width))
 }
 
 /// A parameter of a term: `20.8 ± 0.4 N`; a slow rate is one an hour or a day.

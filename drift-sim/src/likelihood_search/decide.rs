@@ -3,10 +3,12 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
+use crate::estimate::likelihood::Data;
 use crate::estimate::whiten::gain_by;
 use crate::physics::{Family, Kind, Starts};
 
 use super::options::Options;
+use super::prove::gained;
 use super::rivals::Field;
 
 /// Past innovations from which noise that is of another kind than is reckoned with is foretold.
@@ -45,8 +47,8 @@ pub struct Decision {
     pub named: Option<(usize, Vec<&'static str>)>,
 }
 
-/// Judges a field; `least` is what the best kind must gain at least, beside what the options ask for; `is_colored` says that innovations were whitened.
-pub fn decide(field: &Field, options: &Options, least: f64, is_colored: bool) -> Decision {
+/// All kinds of a field, the best first.
+pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
     // Under a coloring that was found beside one kind another one may gain by a coloring of its own.
     let own = |fit: &Fit| if is_colored { gain_by(&fit.rows.z, COLORED) } else { 0.0 };
     let of_base = own(&field.base);
@@ -70,7 +72,22 @@ pub fn decide(field: &Field, options: &Options, least: f64, is_colored: bool) ->
         })
         .collect();
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let is_found = |best: &Scored| best.score > options.least_gain.max(least);
+    scored
+}
+
+/// Judges a field; `least` is what the best kind must gain at least on what was fitted to, after the cost of its numbers. Where it gains less than the options
+/// ask for, what it foretells of the unseen samples may make up for that: chance gains there by a ratio of x with a probability of 1 / x at most (see `prove`).
+pub fn decide(field: &Field, data: &Data, options: &Options, least: f64) -> Decision {
+    let scored = scored(field, data.is_colored());
+    let unseen = |best: &Scored| {
+        let rival = field.rivals.get(best.place).filter(|rival| rival.ended)?;
+        Some(gained(&rival.fit, &field.base, data)?.independent)
+    };
+    let is_found = |best: &Scored| {
+        best.score > least
+            && (best.score > options.least_gain
+                || unseen(best).is_some_and(|unseen| best.score + unseen > options.least_gain))
+    };
     let Some(best) = scored.first().copied().filter(is_found) else {
         return Decision { scored, ..Decision::default() };
     };

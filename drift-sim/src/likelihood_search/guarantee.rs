@@ -12,8 +12,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
 use crate::physics::Kind;
 
-use super::decide::{Decision, Scored, decide, independent_share, left_of};
-use super::options::Options;
+use super::decide::{Decision, Scored, independent_share, left_of, scored};
 use super::rivals::Field;
 
 /// Steps of a fit to everything.
@@ -22,8 +21,8 @@ const STEPS: usize = 12;
 const FREER: f64 = 10.0;
 
 /// Judges a field: what is left is what the recordings don't speak against.
-pub fn decide_surely(field: &Field, data: &Data, options: &Options, alpha: f64) -> Decision {
-    let scored = decide(field, options, 0.0, data.is_colored()).scored;
+pub fn decide_surely(field: &Field, data: &Data, alpha: f64) -> Decision {
+    let scored = scored(field, data.is_colored());
     let nothing = || Decision { scored: scored.clone(), ..Decision::default() };
     let Some(best) = field.rivals.first() else { return nothing() };
     let share = independent_share(&best.fit);

@@ -121,8 +121,8 @@ impl Search<'_> {
 
     fn decide(&self, field: &Field, least: f64) -> Decision {
         match self.options.guarantee {
-            Some(alpha) => decide_surely(field, self.data, self.options, alpha),
-            None => decide(field, self.options, least, self.data.is_colored()),
+            Some(alpha) => decide_surely(field, self.data, alpha),
+            None => decide(field, self.data, self.options, least),
         }
     }
 
@@ -132,7 +132,7 @@ impl Search<'_> {
         if independent_share(likeliest) < HOPELESS {
             return Found { is_noise: false, ..self.nominal_only(first.base) };
         }
-        let decision = self.decide(&first, 0.0);
+        let decision = self.decide(&first, f64::NEG_INFINITY);
         let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
         let contenders = contenders(&first, &decision);
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
@@ -170,7 +170,7 @@ impl Search<'_> {
     /// A field beside a plant to which the late responses belong that lead one after the other.
     pub fn with_own_lags(&self, mut field: Field) -> Field {
         for _ in 0..OWN_LAGS {
-            let decision = self.decide(&field, 0.0);
+            let decision = self.decide(&field, f64::NEG_INFINITY);
             let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
             let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
             let round = Round::First(self.options.least_gain);
@@ -252,7 +252,7 @@ impl Search<'_> {
         }
         let Some(without) = without(&best, 0, self.data) else { return };
         let Some(again) = field(&without, self.data, Round::Later(self.options.least_gain)) else { return };
-        let decision = self.decide(&again, 0.0);
+        let decision = self.decide(&again, f64::NEG_INFINITY);
         let Some((place, tied)) = decision.named else { return };
         let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };
         // Without the first term the second may be lost in what is left: what was found beside it explains less then than both did.

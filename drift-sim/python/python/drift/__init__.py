@@ -14,12 +14,13 @@ will do. Bad input raises `DriftError`, a `ValueError` of one line.
 """
 
 from ._calibration import Baseline, Calibration, ChannelLine, calibrate
+from ._decisions import Channel, Decision, Decisions
 from ._design import Design, design
 from ._diagnosis import Diagnosis, Finding, Number, diagnose
 from ._drift import DriftError
 from ._loop import Loop
 from ._look import Overview, look
-from ._monitoring import Channel, Decision, Decisions, Event, Monitor, Monitoring, monitor
+from ._monitoring import Event, Monitor, Monitoring, monitor
 from ._plant import Plant, from_system, to_control, to_scipy
 from ._proposal import Proposal, init
 from ._recording import Recording

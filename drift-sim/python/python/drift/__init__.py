@@ -8,6 +8,7 @@ what the loop pays for that off its own signals: the reference ``r``, the measur
 * `calibrate`, `Baseline`, `Monitor`, `monitor`: what healthy looks like, and telling drift from disturbance.
 * `diagnose`: which physics a model left out, with numbers and a proof on unseen data.
 * `design`: thresholds for a wanted time between false alarms.
+* `drift.sql`: the monitor in the SQL of the package `datafusion`.
 
 Wherever a recording is asked for, a `Recording`, a file's path, a pandas, polars or pyarrow table, or a mapping of columns
 will do. Bad input raises `DriftError`, a `ValueError` of one line.

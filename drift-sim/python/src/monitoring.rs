@@ -177,11 +177,11 @@ impl Monitor {
 }
 
 fn doubles<'py>(values: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
-    Ok(values.extract()?)
+    values.extract()
 }
 
 fn singles<'py>(values: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f32>> {
-    Ok(values.extract()?)
+    values.extract()
 }
 
 /// What the monitor found in a whole recording.

@@ -167,6 +167,42 @@ const checks = {
     quiet(page);
   },
 
+  /** Whatever is dropped, the page says one line and goes on; names are text. */
+  async "strange files"(open) {
+    const page = await open(WIDE);
+    await page.value(click("[name=mode][value=one]"));
+    const noise = Buffer.from(Array.from({ length: 5000 }, (_, i) => (i * i * 31 + i * 7) & 255));
+    const rows = Array.from({ length: 300 }, (_, i) => `${i},1,nan,${i % 7}\n`).join("");
+    for (const [name, content, line] of [
+      ["<img src=x onerror=alert(1)>.csv", "", /the file is empty/],
+      ["noise.csv", noise, /./],
+      ["picture.png", Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), noise]), /./],
+      ["broken.mat", Buffer.concat([Buffer.from("MATLAB 5.0 MAT-file".padEnd(124)), Buffer.from([0, 1, 73, 77]), noise]), /./],
+      ["broken.csv.gz", Buffer.concat([Buffer.from([31, 139, 8, 0]), noise]), /./],
+      ["no_u.csv", "time,SP,PV\n0,1,1\n1,1,1\n", /u/],
+      ["one_row.csv", "t,r,y,u\n0,1,1,1\n", /one row of data only/],
+    ]) {
+      writeFileSync(at(name), content);
+      await page.drop("#zone-now", [at(name)]);
+      await page.until(`document.querySelector("#seen-now b")?.textContent === ${JSON.stringify(name)} && document.querySelector("#seen-now .wrong")`, 20);
+      assert.match(await page.value(text("#seen-now .wrong")), line, name);
+      assert.equal(await page.value(`document.querySelector("#seen-now img")`), null);
+      assert.equal(await page.value(ENABLED), false, name);
+    }
+    // Not one number of y: what was read is shown, and the diagnosis is a line.
+    writeFileSync(at("all_nan.csv"), "t,r,y,u\n" + rows);
+    await page.drop("#zone-now", [at("all_nan.csv")]);
+    await page.until(`${text("#seen-now b")} === "all_nan.csv" && (${ENABLED} || document.querySelector("#seen-now .wrong"))`, 20);
+    if (await page.value(ENABLED)) {
+      await page.value(click("#diagnose"));
+      await page.until(`${text("#wrong")}.startsWith("all_nan.csv: ")`, 30);
+    }
+    // The page is as good as new.
+    await page.drop("#zone-now", [at("servo.csv")]);
+    await page.until(ENABLED, 20);
+    quiet(page);
+  },
+
   /** What can't be read is one line, the command's; what is too large is refused, what is large is read. */
   async "bad, huge and large files"(open) {
     const page = await open(NARROW);

@@ -47,14 +47,20 @@ impl Found {
     /// The arguments behind u of drift's aggregates, as SQL: the columns that say where a loop is closed, and the name of the time column
     /// where its unit could count.
     pub fn further_arguments(&self) -> String {
-        let mut text = String::new();
-        if let Some(t) = self.columns.t.as_deref().filter(|t| *t != "t") {
-            text += &format!(", 't', {}", literal(t));
-        }
-        for (name, column) in &self.closed {
-            text += &format!(", {}, {}", literal(name), identifier(column));
-        }
-        text
+        self.further().iter().map(|argument| format!(", {argument}")).collect()
+    }
+
+    /// The same as columns of a query, each under a name of its own.
+    pub fn further_columns(&self) -> String {
+        let numbered = self.further().into_iter().enumerate();
+        numbered.map(|(number, argument)| format!(", {argument} AS \"argument {number}\"")).collect()
+    }
+
+    fn further(&self) -> Vec<String> {
+        let time = self.columns.t.as_deref().filter(|t| *t != "t");
+        let time = time.into_iter().flat_map(|t| [literal("t"), literal(t)]);
+        let closed = self.closed.iter().flat_map(|(name, column)| [literal(name), identifier(column)]);
+        time.chain(closed).collect()
     }
 }
 
@@ -123,6 +129,9 @@ impl Source {
     }
 
     fn found(&self, names: &[String]) -> Result<Found> {
+        if names.is_empty() {
+            return Err(Error::new("the file is empty").allowed("a line of names, and rows below it"));
+        }
         if !names.contains(&self.loop_column) {
             let there = names.join(", ");
             let what = format!("no column '{}' that names the loops", self.loop_column);

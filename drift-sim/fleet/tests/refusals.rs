@@ -27,6 +27,7 @@ fn data() -> tempfile::TempDir {
     file(folder, "mixed/two.parquet", "PAR1");
     file(folder, "no.parquet", "x");
     file(folder, "note.txt", "x");
+    file(folder, "zero.csv", "");
     file(folder, "head.csv", HEAD);
     file(folder, "one_row.csv", &format!("{HEAD}A,0,50,50,40\n"));
     file(folder, "text.csv", &format!("{HEAD}A,0,50,much,40\nA,1,50,much,40\n"));
@@ -51,6 +52,7 @@ fn each_mistake_is_one_line() {
         (monitor("mixed"), "error: mixed/two.parquet: among .csv files; files of one format"),
         (monitor("no.parquet"), "error: no.parquet: this is no Parquet file"),
         (monitor("note.txt"), "error: note.txt: neither .parquet nor .csv nor .csv.gz"),
+        (monitor("zero.csv"), "error: zero.csv: the file is empty; a line of names, and rows below it"),
         (monitor("head.csv"), "error: head.csv: no rows of data"),
         (monitor("ragged.csv"), "error: ragged.csv: Arrow error: Csv error: Encountered unequal lengths"),
         (monitor("nameless.csv"), "error: rows that name no loop; a name in every row of --loop-column"),

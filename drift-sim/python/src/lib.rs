@@ -9,6 +9,7 @@
 mod arrays;
 mod calibration;
 mod control_loop;
+mod decisions;
 mod design;
 mod diagnosis;
 mod error;
@@ -29,13 +30,15 @@ mod _drift {
     #[pymodule_export]
     use crate::control_loop::Loop;
     #[pymodule_export]
+    use crate::decisions::Decisions;
+    #[pymodule_export]
     use crate::design::{Design, design};
     #[pymodule_export]
     use crate::diagnosis::{Diagnosis, diagnose};
     #[pymodule_export]
     use crate::error::DriftError;
     #[pymodule_export]
-    use crate::monitoring::{Decisions, Monitor, Monitoring, watch};
+    use crate::monitoring::{Monitor, Monitoring, watch};
     #[pymodule_export]
     use crate::overview::{Overview, look};
     #[pymodule_export]

@@ -10,11 +10,12 @@ use drift_sim::recording::{ColumnMap, RecordingStream};
 use drift_sim::{Error, Result, sentences};
 use numpy::ndarray::{ArrayView1, s};
 use numpy::{Element, PyReadonlyArray1};
-use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::calibration::Baseline;
+use crate::decisions::{Decisions, line};
 use crate::error::raised;
 use crate::page::{self, Shown};
 use crate::recording::Recording;
@@ -30,6 +31,8 @@ pub struct Monitor {
     point: Option<PointColumns>,
     start_s: f64,
     sample_time_s: f64,
+    /// From one decision to the next.
+    hop_ticks: u32,
     samples: u64,
 }
 
@@ -55,13 +58,6 @@ impl Number for f32 {
 #[inline]
 fn input(r: f32, y: f32, u: f32) -> Input<f32> {
     if r.is_nan() || y.is_nan() || u.is_nan() { Input::Missing } else { Input::Sample { r, y, u } }
-}
-
-/// A decision as the line of JSON that the command writes.
-fn line(hop: &Hop) -> PyResult<String> {
-    let mut line = Vec::new();
-    library::write_hop(&mut line, hop).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    String::from_utf8(line).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 impl Monitor {
@@ -95,7 +91,8 @@ impl Monitor {
                 Error::new(format!("r, y and u have {r}, {y} and {u} values")).allowed("equally many"),
             ));
         }
-        let mut hops = Vec::new();
+        // Room for all that may fall: a list that grows moves what it holds.
+        let mut hops = Vec::with_capacity(length / self.hop_ticks.max(1) as usize + 1);
         for from in (0..length).step_by(SAMPLES_AT_ONCE) {
             let to = (from + SAMPLES_AT_ONCE).min(length);
             let part = signals.each_ref().map(|signal| signal.slice(s![from..to]));
@@ -111,9 +108,15 @@ impl Monitor {
     #[new]
     fn new(baseline: &Baseline, sample_time_s: Option<f64>, start_s: f64) -> PyResult<Self> {
         let sample_time_s = sample_time_s.unwrap_or_else(|| baseline.0.timing.sample_time_s());
+        if !start_s.is_finite() {
+            return Err(raised(
+                Error::new(format!("start_s is {start_s}")).allowed("a finite number of seconds"),
+            ));
+        }
         let config = baseline.0.config().map_err(raised)?;
         let runner = Runner::new(&config, sample_time_s).map_err(raised)?;
-        Ok(Self { runner, point: baseline.0.operating_point.clone(), start_s, sample_time_s, samples: 0 })
+        let (point, hop_ticks) = (baseline.0.operating_point.clone(), config.hop_ticks());
+        Ok(Self { runner, point, start_s, sample_time_s, hop_ticks, samples: 0 })
     }
 
     #[getter]
@@ -173,28 +176,12 @@ impl Monitor {
     }
 }
 
-/// Decisions in the order of time; text is made of those that somebody looks at.
-#[pyclass(frozen, module = "drift._drift")]
-pub struct Decisions(Vec<Hop>);
-
-#[pymethods]
-impl Decisions {
-    fn __len__(&self) -> usize {
-        self.0.len()
-    }
-
-    /// A decision as JSON.
-    fn line(&self, index: usize) -> PyResult<String> {
-        self.0.get(index).map_or_else(|| Err(PyIndexError::new_err("there is no such decision")), line)
-    }
-}
-
 fn doubles<'py>(values: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f64>> {
-    Ok(values.extract()?)
+    values.extract()
 }
 
 fn singles<'py>(values: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, f32>> {
-    Ok(values.extract()?)
+    values.extract()
 }
 
 /// What the monitor found in a whole recording.

@@ -143,3 +143,9 @@ def test_inputs_are_asked_for(oven):
     colder = drift.simulate(tables, r, inputs={"outdoor": np.full(50, 5.0)})
     assert list(colder.to_dict()) == ["t", "r", "y", "u", "outdoor"]
     assert colder.y[-1] < drift.simulate(oven, r).y[-1]
+
+
+@pytest.mark.parametrize("duration_s", [-1.0, 0.0, float("nan")])
+def test_a_run_has_a_length(oven, duration_s):
+    with pytest.raises(drift.DriftError, match="a number of seconds above 0"):
+        drift.simulate(oven, duration_s=duration_s)

@@ -198,3 +198,11 @@ def test_to_dict_makes_a_frame(table):
     frame = pandas.DataFrame(read.to_dict())
     assert list(frame.columns) == ["t", "r", "y", "u", "outdoor"]
     assert frame["outdoor"].iloc[-1] == 299
+
+
+def test_a_simulated_run_is_a_recording(oven):
+    run = drift.simulate(oven, duration_s=400_000, reference_mean=35.0, reference_sd=3.0, reference_hold=200)
+    of_run = drift.calibrate(run, window_s=1000.0)
+    assert of_run.to_dict() == drift.calibrate(run.to_recording(), window_s=1000.0).to_dict()
+    assert drift.monitor(run, of_run).summary["samples"] == len(run)
+    assert len(drift.look(run)) == len(run)

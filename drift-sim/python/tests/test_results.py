@@ -5,6 +5,7 @@ import threading
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas
 import pytest
 
 import drift
@@ -113,6 +114,39 @@ def test_pushing_is_watching(watched, calibration):
     assert [d.to_dict() for d in drift.Monitor(calibration).push(*wide.T)] == [d.to_dict() for d in decisions]
 
 
+def test_decisions_in_columns_are_those_one_by_one(watched, calibration):
+    run, _ = watched
+    decisions = drift.Monitor(calibration).push(run.r, run.y, run.u)
+    columns = decisions.to_dict()
+    assert len({len(column) for column in columns.values()}) == 1
+    for name in ("hop", "from_s", "to_s", "status", "verdict", "location"):
+        assert list(columns[name]) == [getattr(decision, name) for decision in decisions]
+    for place, channel in enumerate(decisions[0].channels):
+        of = [decision.channels[place] for decision in decisions]
+        assert columns[f"{channel.kind}_verdict"] == [channel.verdict for channel in of]
+        for number in ("x", "value", "residual", "z"):
+            column = columns[f"{channel.kind}_{number}"]
+            np.testing.assert_array_equal(column, np.array([getattr(channel, number) for channel in of], np.float32))
+    assert repr(decisions) == f"<Decisions: {len(decisions)}, the last drift at 400000 s>"
+    assert [decision.hop for decision in decisions[-2:]] == [decisions[-2].hop, decisions[-1].hop]
+    assert decisions[0].hop in [decision.hop for decision in reversed(decisions)]
+    with pytest.raises(IndexError):
+        decisions[len(decisions)]
+    none = drift.Monitor(calibration).push([], [], [])
+    assert (len(none), list(none), repr(none)) == (0, [], "<Decisions: none>")
+    assert list(none.to_dict()["to_s"]) == []
+
+
+def test_scalars_of_numpy_and_masked_arrays_are_samples_too(calibration):
+    monitor = drift.Monitor(calibration)
+    assert monitor.push(np.float32(1.0), np.float32(1.0), np.int64(1)) is None
+    assert monitor.samples == 1
+    masked = np.ma.masked_array(np.ones(200), mask=np.arange(200) < 50)
+    assert drift.Monitor(calibration).push(masked, np.ones(200), np.ones(200))[0].to_dict()["excluded"]["missing"] == 50
+    nulls = pandas.Series([None] * 50 + [1.0] * 150, dtype="Float64")
+    assert drift.Monitor(calibration).push(nulls, np.ones(200), np.ones(200))[0].to_dict()["excluded"]["missing"] == 50
+
+
 def test_a_monitor_refuses_what_it_cannot_take(calibration):
     monitor = drift.Monitor(calibration)
     with pytest.raises(drift.DriftError, match="r, y and u have 3, 2 and 3 values; equally many"):
@@ -123,6 +157,11 @@ def test_a_monitor_refuses_what_it_cannot_take(calibration):
         monitor.operating_point(20.0)
     with pytest.raises(drift.DriftError, match="sampled every 1 s"):
         drift.Monitor(calibration, sample_time_s=1.0)
+    for sample_time_s, start_s, said in [(float("nan"), 0.0, "every NaN s"), (5.0, float("nan"), "start_s is NaN; a finite")]:
+        with pytest.raises(drift.DriftError, match=said):
+            drift.Monitor(calibration, sample_time_s=sample_time_s, start_s=start_s)
+    with pytest.raises(TypeError, match="not complex"):
+        monitor.push(np.ones(3) * 1j, np.ones(3), np.ones(3))
     assert monitor.samples == 0
     manual = [monitor.push_manual() for _ in range(200)]
     assert manual[-1].status == "too_few_valid"

@@ -14,7 +14,7 @@ pub const DEFAULT_SAMPLES: usize = 10_000;
 /// Samples of a run of so many seconds, at least one.
 ///
 /// # Errors
-/// They are more than a recording of [`MEMORY_LIMIT_BYTES`] holds.
+/// No length, or more samples than a recording of [`MEMORY_LIMIT_BYTES`] holds.
 pub fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
     samples_within(duration_s, sample_time_s, MEMORY_LIMIT_BYTES)
 }
@@ -22,8 +22,12 @@ pub fn samples(duration_s: f64, sample_time_s: f64) -> Result<usize> {
 /// The same where a recording may take so many bytes.
 ///
 /// # Errors
-/// They are more than such a recording holds, so that nothing here could read them.
+/// No length, or more samples than such a recording holds, so that nothing here could read them.
 pub fn samples_within(duration_s: f64, sample_time_s: f64, limit_bytes: u64) -> Result<usize> {
+    if duration_s.is_nan() || duration_s <= 0.0 {
+        let what = format!("--duration {}", typed(duration_s));
+        return Err(Error::new(what).allowed("a number of seconds above 0"));
+    }
     let samples = (duration_s / sample_time_s).round().max(1.0);
     let most = (limit_bytes / SAMPLE_BYTES) as f64;
     if samples > most {

@@ -1,14 +1,11 @@
 //! `drift fleet scan`: of every loop the stretches that are worth a diagnosis.
 
-use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use clap::Args;
 use datafusion::arrow::array::{Array, ArrayRef, AsArray};
-use datafusion::arrow::compute::cast;
-use datafusion::arrow::datatypes::{DataType, Float64Type};
 use datafusion::error::DataFusionError;
 use datafusion::prelude::SessionContext;
 use drift_sim::recording::write_csv;
@@ -16,7 +13,8 @@ use drift_sim::{Error, Result, output};
 use futures::StreamExt;
 
 use super::reading::Reading;
-use crate::samples::literal;
+use crate::loop_rows::LoopRows;
+use crate::samples::{self, literal};
 use crate::scan::{Found, NAME};
 use crate::stretches::Kind;
 use crate::{baselines, from_engine, session};
@@ -33,7 +31,7 @@ pub struct Arguments {
     /// One line of JSON a stretch; - is standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write this many of the clearest excited stretches as CSV, each of another loop, and run `drift diagnose` on them
+    /// Write this many of the clearest excited stretches of closed loops as CSV, each of another loop, and run `drift diagnose` on them
     #[arg(long, value_name = "N", requires = "folder")]
     diagnose: Option<u16>,
     /// Where the stretches and their reports go
@@ -69,7 +67,7 @@ pub async fn run(arguments: &Arguments) -> Result<ExitCode> {
         output::write_text(Path::new("-"), &screen(&loops))?;
     }
     if let (Some(count), Some(folder)) = (arguments.diagnose, &arguments.folder) {
-        diagnose(&session, &loops, usize::from(count), folder).await?;
+        diagnose(&session, &found, &loops, usize::from(count), folder).await?;
     }
     Ok(super::all_judged(loops.iter().flat_map(|(_, found)| found.iter().filter_map(|one| one.what.clone()))))
 }
@@ -103,16 +101,21 @@ fn screen(loops: &[(String, Vec<Found>)]) -> String {
     text
 }
 
-/// Writes the clearest excited stretches, one a loop, and has `drift diagnose` look at each.
+/// Writes the clearest excited stretches of closed loops, one a loop, and has `drift diagnose` look at each.
 async fn diagnose(
     session: &SessionContext,
+    columns: &samples::Found,
     loops: &[(String, Vec<Found>)],
     count: usize,
     folder: &Path,
 ) -> Result<()> {
     let clearest = |found: &Vec<Found>| {
-        let excited = found.iter().filter(|one| one.kind == Kind::Excitation.name());
-        excited.filter_map(|one| one.span).max_by(|a, b| a.2.total_cmp(&b.2))
+        let of =
+            |kind: Kind| found.iter().filter(move |one| one.kind == kind.name()).filter_map(|one| one.span);
+        // By hand there is no law to diagnose.
+        let is_closed =
+            |one: &(f64, f64, f64)| of(Kind::Manual).all(|by_hand| one.1 < by_hand.0 || by_hand.1 < one.0);
+        of(Kind::Excitation).filter(is_closed).max_by(|a, b| a.2.total_cmp(&b.2))
     };
     let mut chosen: Vec<(&str, (f64, f64, f64))> =
         loops.iter().filter_map(|(name, found)| Some((name.as_str(), clearest(found)?))).collect();
@@ -122,7 +125,7 @@ async fn diagnose(
     for (name, (from_s, to_s, _)) in chosen {
         let file = folder.join(format!("{}.csv", baselines::file_stem(name)));
         let report = file.with_extension("html");
-        write_stretch(session, name, from_s, to_s, &file).await?;
+        write_stretch(session, columns, name, (from_s, to_s), &file).await?;
         let ran =
             Command::new(super::drift()).arg("diagnose").arg(&file).arg("--report").arg(&report).output();
         let ran = ran.map_err(|e| {
@@ -139,48 +142,65 @@ async fn diagnose(
     Ok(())
 }
 
+/// Writes a stretch as the scan has read it, in seconds on the loop's clock.
 async fn write_stretch(
     session: &SessionContext,
+    columns: &samples::Found,
     name: &str,
-    from_s: f64,
-    to_s: f64,
+    (from_s, to_s): (f64, f64),
     file: &Path,
 ) -> Result<()> {
-    // Dates count from the loop's first row, as its stretches do.
-    let sql = format!("SELECT t, r, y, u FROM samples WHERE loop = {} ORDER BY t", literal(name));
+    let further = columns.further_columns();
+    let sql =
+        format!("SELECT loop, t, r, y, u{further} FROM samples WHERE loop = {} ORDER BY t", literal(name));
     let query = session.sql(&sql).await.map_err(|e| from_engine(&e))?;
     let mut batches = query.execute_stream().await.map_err(|e| from_engine(&e))?;
-    let mut columns: HashMap<usize, Vec<f64>> = HashMap::new();
-    let mut zero = None;
+    let mut rows: Option<LoopRows> = None;
+    let mut stretch = Part::default();
     while let Some(batch) = batches.next().await {
         let batch = batch.map_err(|e| from_engine(&e))?;
-        let values = batch.columns().iter().map(seconds_or_number).collect::<Result<Vec<_>>>()?;
-        let is_date = batch.column(0).data_type().is_temporal();
-        for row in 0..batch.num_rows() {
-            let at = |column: usize| values.get(column).and_then(|v| v.get(row)).copied().unwrap_or(f64::NAN);
-            let t = at(0) - if is_date { *zero.get_or_insert(at(0)) } else { 0.0 };
-            if t < from_s || t > to_s {
-                continue;
-            }
-            for (column, value) in [t, at(1), at(2), at(3)].into_iter().enumerate() {
-                columns.entry(column).or_default().push(value);
-            }
+        if batch.num_rows() == 0 {
+            continue;
         }
+        let rows = match &mut rows {
+            Some(rows) => rows,
+            none => none.insert(LoopRows::begin(batch.columns()).map_err(|e| from_engine(&e))?),
+        };
+        let piece = rows.piece(batch.columns()).map_err(|e| from_engine(&e))?;
+        rows.fed.push(piece)?;
+        stretch.take(rows, from_s, to_s)?;
     }
-    let column = |at: usize| columns.get(&at).map_or(&[] as &[f64], Vec::as_slice);
-    write_csv(file, &[("t", column(0)), ("r", column(1)), ("y", column(2)), ("u", column(3))])
+    if let Some(mut rows) = rows {
+        rows.fed.finish()?;
+        stretch.take(&mut rows, from_s, to_s)?;
+    }
+    stretch.write(file)
 }
 
-/// Numbers; points in time in seconds since 1970.
-fn seconds_or_number(array: &ArrayRef) -> Result<Vec<f64>> {
-    let refused = |e: datafusion::arrow::error::ArrowError| from_engine(&e.into());
-    let (plain, scale) = match array.data_type() {
-        DataType::Timestamp(..) => {
-            let nanoseconds = DataType::Timestamp(datafusion::arrow::datatypes::TimeUnit::Nanosecond, None);
-            (cast(&cast(array, &nanoseconds).map_err(refused)?, &DataType::Int64).map_err(refused)?, 1e-9)
+/// The samples of a stretch.
+#[derive(Default)]
+struct Part {
+    t: Vec<f64>,
+    r: Vec<f64>,
+    y: Vec<f64>,
+    u: Vec<f64>,
+}
+
+impl Part {
+    /// Those of the rows so far that lie in it.
+    fn take(&mut self, rows: &mut LoopRows, from_s: f64, to_s: f64) -> Result<()> {
+        while let Some(sample) = rows.fed.next()? {
+            if (from_s..=to_s).contains(&sample.t_s) {
+                self.t.push(sample.t_s);
+                self.r.push(sample.r);
+                self.y.push(sample.y);
+                self.u.push(sample.u);
+            }
         }
-        _ => (array.clone(), 1.0),
-    };
-    let numbers = cast(&plain, &DataType::Float64).map_err(refused)?;
-    Ok(numbers.as_primitive::<Float64Type>().iter().map(|x| x.map_or(f64::NAN, |x| x * scale)).collect())
+        Ok(())
+    }
+
+    fn write(&self, file: &Path) -> Result<()> {
+        write_csv(file, &[("t", &self.t), ("r", &self.r), ("y", &self.y), ("u", &self.u)])
+    }
 }

@@ -8,18 +8,20 @@ what the loop pays for that off its own signals: the reference ``r``, the measur
 * `calibrate`, `Baseline`, `Monitor`, `monitor`: what healthy looks like, and telling drift from disturbance.
 * `diagnose`: which physics a model left out, with numbers and a proof on unseen data.
 * `design`: thresholds for a wanted time between false alarms.
+* `drift.sql`: the monitor in the SQL of the package `datafusion`.
 
 Wherever a recording is asked for, a `Recording`, a file's path, a pandas, polars or pyarrow table, or a mapping of columns
 will do. Bad input raises `DriftError`, a `ValueError` of one line.
 """
 
 from ._calibration import Baseline, Calibration, ChannelLine, calibrate
+from ._decisions import Channel, Decision, Decisions
 from ._design import Design, design
 from ._diagnosis import Diagnosis, Finding, Number, diagnose
 from ._drift import DriftError
 from ._loop import Loop
 from ._look import Overview, look
-from ._monitoring import Channel, Decision, Decisions, Event, Monitor, Monitoring, monitor
+from ._monitoring import Event, Monitor, Monitoring, monitor
 from ._plant import Plant, from_system, to_control, to_scipy
 from ._proposal import Proposal, init
 from ._recording import Recording

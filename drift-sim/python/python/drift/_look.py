@@ -103,6 +103,9 @@ def look(data: Data, **reading: Unpack[Reading]) -> Overview:
     if isinstance(data, str | PathLike):
         return Overview(_drift.look(path=fspath(data), name="", named=None, reading=reading))
     name = "table"
+    if hasattr(data, "to_recording"):
+        # A simulated run.
+        data = data.to_recording()
     if isinstance(data, Recording):
         name, data = data.name, data.to_dict()
     if not is_table(data):

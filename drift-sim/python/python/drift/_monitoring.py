@@ -12,154 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _drift
 from ._calibration import Baseline, Calibration, as_baseline
+from ._decisions import Decision, Decisions, number_or_nan
 from ._recording import Data, Reading, as_recording
 from ._result import Answer, Result
-
-
-@dataclass(frozen=True)
-class Channel:
-    """What one channel said at a decision.
-
-    Attributes
-    ----------
-    kind
-        ``energy_error``, ``effort``, ``motion_effort`` or ``activity``.
-    x, value
-        The index that it is compared by, and its value; NaN where the window did not count.
-    residual, z
-        Distance of the value from the healthy line, in its unit and in sigmas.
-    verdict
-        ``healthy``, ``disturbance``, ``recovered``, ``suspect`` or ``drift``.
-    side
-        ``high`` or ``low``; None while nothing is away.
-    extrapolated
-        Whether x lies outside what calibration saw.
-    """
-
-    kind: str
-    x: float
-    value: float
-    residual: float
-    z: float
-    verdict: str
-    side: str | None
-    extrapolated: bool
-
-
-class Decision:
-    """One decision of the monitor and the window that it is about.
-
-    Attributes
-    ----------
-    hop
-        Its number, from 0.
-    from_s, to_s
-        Begin and end of the window, s on the recording's clock.
-    status
-        ``valid`` or ``too_few_valid``.
-    verdict
-        The worst of the channels'.
-    location
-        Where in the loop the deviation shows.
-    channels
-        What each channel said.
-    """
-
-    _line: str
-
-    def __init__(self, line: str) -> None:
-        self._line = line
-
-    @cached_property
-    def _fields(self) -> dict[str, Any]:
-        """Read when it is first asked for: most decisions never are."""
-        return dict(json.loads(self._line))
-
-    @property
-    def hop(self) -> int:
-        """Its number, from 0."""
-        return int(self._fields["hop"])
-
-    @property
-    def from_s(self) -> float:
-        """Begin of the window, s."""
-        return float(self._fields["from_s"])
-
-    @property
-    def to_s(self) -> float:
-        """End of the window, s."""
-        return float(self._fields["to_s"])
-
-    @property
-    def status(self) -> str:
-        """``valid`` or ``too_few_valid``."""
-        return str(self._fields["status"])
-
-    @property
-    def verdict(self) -> str:
-        """The worst of the channels'."""
-        return str(self._fields["verdict"])
-
-    @property
-    def location(self) -> str:
-        """Where in the loop the deviation shows."""
-        return str(self._fields["location"])
-
-    @cached_property
-    def channels(self) -> list[Channel]:
-        """What each channel said."""
-        return [_channel(fields) for fields in self._fields["channels"]]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The line that ``drift monitor --json`` writes."""
-        return self._fields
-
-    def __repr__(self) -> str:
-        """In one line."""
-        return f"<Decision {self.hop}: {self.verdict}, {self.from_s:g} to {self.to_s:g} s>"
-
-
-class Decisions(Sequence[Decision]):
-    """Decisions in the order of time, read like a list; text is made of those that are looked at."""
-
-    _inner: _drift.Decisions
-
-    def __init__(self, inner: _drift.Decisions) -> None:
-        self._inner = inner
-
-    def __len__(self) -> int:
-        """How many they are."""
-        return len(self._inner)
-
-    @overload
-    def __getitem__(self, index: int) -> Decision: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Decision]: ...
-    def __getitem__(self, index: int | slice) -> Decision | list[Decision]:
-        """One of them, or a list of several."""
-        places = range(len(self))[index]
-        if isinstance(places, range):
-            return [Decision(self._inner.line(place)) for place in places]
-        return Decision(self._inner.line(places))
-
-    def __repr__(self) -> str:
-        """In one line."""
-        return f"<Decisions: {len(self)}>"
-
-
-def _channel(fields: dict[str, Any]) -> Channel:
-    numbers = {name: _number(fields[name]) for name in ("x", "value", "residual", "z")}
-    return Channel(
-        kind=fields["kind"],
-        verdict=fields["verdict"],
-        side=fields["side"],
-        extrapolated=fields["extrapolated"],
-        **numbers,
-    )
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else value
 
 
 class Monitor:
@@ -190,8 +45,11 @@ class Monitor:
     ...     decision = monitor.push(r, y, u)
     >>> decision
     <Decision 0: healthy, 0 to 1000 s>
-    >>> len(monitor.push(healthy.r[200:], healthy.y[200:], healthy.u[200:]))
-    399
+    >>> decisions = monitor.push(healthy.r[200:], healthy.y[200:], healthy.u[200:])
+    >>> len(decisions), decisions[0].hop
+    (399, 1)
+    >>> decisions.to_dict()["effort_z"].shape
+    (399,)
     """
 
     _inner: _drift.Monitor
@@ -226,6 +84,8 @@ class Monitor:
         Decision or None, or Decisions
             Of one sample, the decision where one falls; of arrays, all that fall, read like a list.
         """
+        if isinstance(r, np.number) and not isinstance(r, float):
+            r, y, u = float(r), float(y), float(u)
         if isinstance(r, float | int):
             line = self._inner.push(r, y, u)
             return None if line is None else Decision(line)
@@ -259,8 +119,15 @@ class Monitor:
 
 
 def _array(signal: ArrayLike) -> NDArray[Any]:
+    if isinstance(signal, np.ma.MaskedArray):
+        # What is masked is missing.
+        signal = np.where(np.ma.getmaskarray(signal), np.nan, signal.data)
     array = np.asarray(signal)
-    return array if array.dtype in (np.float64, np.float32) else array.astype(np.float64)
+    if array.dtype in (np.float64, np.float32):
+        return array
+    if array.dtype.kind == "c":
+        raise TypeError("r, y and u are real numbers, not complex ones")
+    return array.astype(np.float64)
 
 
 @dataclass(frozen=True)
@@ -319,7 +186,7 @@ class Monitoring(Result):
         """Disturbances and drifts in the order of time."""
         names = ("kind", "from_s", "alarm_s", "to_s", "location")
         rows = self.summary["events"]
-        return [Event(max_z=_number(row["max_z"]), **{name: row[name] for name in names}) for row in rows]
+        return [Event(max_z=number_or_nan(row["max_z"]), **{name: row[name] for name in names}) for row in rows]
 
     @cached_property
     def decisions(self) -> list[Decision]:

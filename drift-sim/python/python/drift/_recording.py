@@ -259,6 +259,9 @@ Data: TypeAlias = Recording | str | PathLike[str] | Mapping[str, ArrayLike] | An
 
 def as_recording(data: Data, reading: Reading, further: Sequence[str] | None = None, name: str = "table") -> Recording:
     """A recording of whatever a user holds, with these further columns."""
+    if hasattr(data, "to_recording"):
+        # A simulated run.
+        data = data.to_recording()
     if isinstance(data, Recording):
         if reading:
             raise TypeError(f"{', '.join(reading)}: a Recording has been read already")
@@ -267,5 +270,5 @@ def as_recording(data: Data, reading: Reading, further: Sequence[str] | None = N
         return Recording.read(data, further=further, **reading)
     if is_table(data):
         return Recording.from_table(data, further=further, name=name, **reading)
-    kinds = "a Recording, a path, a pandas, polars or pyarrow table, or a mapping of columns"
+    kinds = "a Recording, a Simulation, a path, a pandas, polars or pyarrow table, or a mapping of columns"
     raise TypeError(f"{type(data).__name__} is no recording; {kinds}")

@@ -36,6 +36,9 @@ pub struct Stretch {
     pub rest: Option<Law<f64>>,
 }
 
+/// Gains of the states, of load and sensor noise, and of the innovation's variance one over the root and the logarithm.
+pub type Parts<'a> = (&'a [f64], [f64; 2], (f64, f64));
+
 impl Stretch {
     /// Gains of a sample, and of the innovation's variance one over the root and the logarithm.
     #[inline]
@@ -46,7 +49,7 @@ impl Stretch {
 
     /// The same, those of the states apart from those of load and sensor noise.
     #[inline]
-    pub fn parts(&self, sample: usize) -> Option<(&[f64], [f64; 2], (f64, f64))> {
+    pub fn parts(&self, sample: usize) -> Option<Parts<'_>> {
         let (gains, scales) = self.at(sample);
         let (states, noise) = gains.split_last_chunk()?;
         Some((states, *noise, scales))

@@ -56,8 +56,7 @@ impl Decay {
 }
 
 impl ServoBody {
-    /// Whether it is at rest: at rest is exactly at rest.
-    #[expect(clippy::float_cmp, reason = "a mass at rest is exactly at rest")]
+    /// Whether it is at rest: exactly at rest, as it is left where friction stops it.
     pub fn rests(&self) -> bool {
         self.x[1] == 0.0
     }

@@ -3,13 +3,11 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
-use crate::estimate::likelihood::Data;
 use crate::estimate::whiten::gain_by;
 use crate::physics::{Family, Kind, Starts};
 
 use super::options::Options;
-use super::prove::gained;
-use super::rivals::Field;
+use super::rivals::{Field, Rival};
 
 /// Past innovations from which noise that is of another kind than is reckoned with is foretold.
 pub const COLORED: usize = 10;
@@ -76,13 +74,17 @@ pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
 }
 
 /// Judges a field; `least` is what the best kind must gain at least on what was fitted to, after the cost of its numbers. Where it gains less than the options
-/// ask for, what it foretells of the unseen samples may make up for that: chance gains there by a ratio of x with a probability of 1 / x at most (see `prove`).
-pub fn decide(field: &Field, data: &Data, options: &Options, least: f64) -> Decision {
-    let scored = scored(field, data.is_colored());
-    let unseen = |best: &Scored| {
-        let rival = field.rivals.get(best.place).filter(|rival| rival.ended)?;
-        Some(gained(&rival.fit, &field.base, data)?.independent)
-    };
+/// ask for, what it gains on the `unseen` samples, where that is told, may make up for it: chance gains a ratio of x there with a probability of 1 / x at most
+/// (see `prove`).
+pub fn decide(
+    field: &Field,
+    options: &Options,
+    least: f64,
+    is_colored: bool,
+    unseen: impl Fn(&Rival) -> Option<f64>,
+) -> Decision {
+    let scored = scored(field, is_colored);
+    let unseen = |best: &Scored| unseen(field.rivals.get(best.place).filter(|rival| rival.ended)?);
     let is_found = |best: &Scored| {
         best.score > least
             && (best.score > options.least_gain

@@ -122,7 +122,14 @@ impl Search<'_> {
     fn decide(&self, field: &Field, least: f64) -> Decision {
         match self.options.guarantee {
             Some(alpha) => decide_surely(field, self.data, alpha),
-            None => decide(field, self.data, self.options, least),
+            None => {
+                // A plant that is identified is never quite the true one, and what it lacks gains a little on any samples.
+                let unseen = |rival: &Rival| {
+                    let gained = (!self.is_plant_open).then(|| gained(&rival.fit, &field.base, self.data));
+                    Some(gained??.independent)
+                };
+                decide(field, self.options, least, self.data.is_colored(), unseen)
+            }
         }
     }
 

@@ -207,8 +207,8 @@ impl Search<'_> {
         }
     }
 
-    /// Proves each named term on what nothing has seen, against the same loop without it, refitted. What does not gain there for sure is
-    /// not named, the weakest first.
+    /// Proves each named term on what nothing has seen, against the same loop without it, refitted. What does not gain there for sure, or does not pay for its
+    /// numbers beside the other terms any more, is not named, the weakest first.
     fn prove(&self, found: &mut Found) {
         while let Some(best) = found.best.clone() {
             let mut weakest: Option<(usize, f64, Fit)> = None;
@@ -220,17 +220,19 @@ impl Search<'_> {
                 };
                 let Some(without) = without else { continue };
                 let unseen = gained(&best, &without, self.data);
+                let mut pays = true;
                 if let Some(choice) = found.named.get_mut(index) {
                     choice.unseen = unseen;
                     if best.hypothesis.candidates().len() > 1 {
                         choice.gain =
                             0.5 * independent_share(&best) * (without.objective() - best.objective())
                                 - cost_of(&best, index);
+                        pays = choice.gain > 0.0;
                     }
                 }
                 // Where the rest can't be simulated, nothing is proven.
                 let errors = unseen.map_or(f64::NEG_INFINITY, Gained::errors);
-                if !unseen.is_some_and(Gained::is_sure)
+                if !(pays && unseen.is_some_and(Gained::is_sure))
                     && weakest.as_ref().is_none_or(|(_, least, _)| errors < *least)
                 {
                     weakest = Some((index, errors, without));

@@ -139,25 +139,21 @@ impl Observer for Run<'_> {
             return None;
         }
         let (states, [load, sensor], (per_deviation, log_variance)) = self.stretch.parts(n)?;
+        let per_deviation = self.per_unit * per_deviation;
         let first = self.filter.first_state;
-        let at = |i: usize| i.checked_sub(first).and_then(|i| states.get(i)).copied().unwrap_or(0.0);
-        let moving = Gains {
-            states: std::array::from_fn(at),
-            load,
-            sensor,
-            per_deviation: self.per_unit * per_deviation,
-            log_variance,
-        };
-        let law = self.stretch.rest.as_ref();
-        let own = law.and_then(|law| self.rest.gains(law, n, (rests, &moving), e));
-        let observed = match own {
+        let own = self.stretch.rest.as_ref().and_then(|law| {
+            let at = |i: usize| i.checked_sub(first).and_then(|i| states.get(i)).copied().unwrap_or(0.0);
+            let states = std::array::from_fn(at);
+            let moving = Gains { states, load, sensor, per_deviation, log_variance };
+            self.rest.gains(law, n, (rests, &moving), e)
+        });
+        let (observed, load, sensor, per_deviation, log_variance) = match own {
             Some(own) => {
                 self.at_rest = own.states;
-                self.at_rest.get(first..)?
+                (self.at_rest.get(first..)?, own.load, own.sensor, own.per_deviation, own.log_variance)
             }
-            None => states,
+            None => (states, load, sensor, per_deviation, log_variance),
         };
-        let Gains { load, sensor, per_deviation, log_variance, .. } = own.unwrap_or(moving);
         if self.in_detail {
             self.out.log_scales.push(log_variance);
         }

@@ -10,14 +10,14 @@ use super::lanes::Side;
 use super::noise::WHITE;
 use super::side_by_side::Gains;
 
-/// Places of position and speed, of the load and of the sensor's noise.
+/// Position and speed, in this order.
 const STATES: usize = 2;
-/// Of the load.
+const SPEED: usize = 1;
+/// The place of the load behind them.
 pub const LOAD: usize = 2;
-/// Of the sensor's noise.
+/// The place of the sensor's noise.
 pub const SENSOR: usize = 3;
 const ALL: usize = 4;
-const SPEED: usize = 1;
 
 /// A symmetric matrix over position, speed, load and sensor noise: what is on the diagonal and left of it.
 #[derive(Debug, Clone, Copy)]
@@ -161,9 +161,8 @@ impl<T: Side> Rest<T> {
         let scaled = e * self.per_unit;
         let square = scaled * scaled / variance;
         let most = T::all(SLIPS * SLIPS) * self.missed;
-        let slips = T::choose(rested, T::choose(most.is_less(square), one, zero), zero);
+        let slips = most.is_less(T::choose(rested, square, zero));
         self.remember(rested, square, most);
-        let slips = zero.is_less(slips);
         if T::holds_anywhere(slips) {
             p = p.or(slips, &law.settled);
             (shown, variance) = law.shown(&p);

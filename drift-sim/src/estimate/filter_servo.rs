@@ -171,6 +171,9 @@ impl<'a, T: Side> Run<'a, T> {
                 self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
                 state.x = state.x + gains.states[0] * e;
                 state.v = state.v + gains.states[1] * e;
+                if self.has_sensor_terms {
+                    self.lanes.corrected(gains.states[usize::from(!moves.shows_position)] * e);
+                }
                 state.load = state.load + gains.load * e;
                 state.sensor = state.sensor + gains.sensor * e;
             }
@@ -186,13 +189,13 @@ impl<'a, T: Side> Run<'a, T> {
     /// What the sensors show of y.
     #[inline(always)]
     fn shown(&mut self, n: usize, y: T) -> T {
-        let mut y = y;
+        let mut inputs = T::all(0.0);
         if self.acts.iter().any(|acts| !acts.driven.at_sensor.is_empty()) {
             let first = self.acts.first();
             let at = |lane: usize| self.acts.get(lane).or(first)?.driven.at_sensor.get(n).copied();
-            y = y + T::of(|lane| at(lane).unwrap_or(0.0));
+            inputs = T::of(|lane| at(lane).unwrap_or(0.0));
         }
-        if self.has_sensor_terms { self.lanes.shown(n, y) } else { y }
+        if self.has_sensor_terms { self.lanes.shown(n, y, inputs) } else { y + inputs }
     }
 
     /// Position and speed a sample later.
@@ -303,13 +306,12 @@ impl Acts {
         let driven = memory.driven(&mut lane.simulation, signals, samples);
         let held = driven.held.get(..samples).unwrap_or(&[]);
         let (gain, offset, _) = lane.simulation.drives();
-        let reaches = lane.simulation.filtered(held);
         let rest = offset - lane.filter.constant_load;
         let outside = if driven.load.is_empty() {
             vec![rest; samples]
         } else {
             driven.load.iter().take(samples).map(|load| rest - load).collect()
         };
-        Self { actuator: reaches.into_iter().map(|w| gain * w).collect(), outside, driven }
+        Self { actuator: held.iter().map(|(_, w)| gain * w).collect(), outside, driven }
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod driven;
 pub mod filter_batch;
+mod filter_forced;
 mod filter_servo;
 pub mod fit;
 pub mod gains;

@@ -47,14 +47,23 @@ impl<'a> Lanes<'a> {
         self.0.iter().any(is)
     }
 
-    /// What the sensors' terms show of y.
+    /// What the sensors and their terms show of y, inputs being added in between.
     #[inline(always)]
-    pub fn shown<T: Side>(&mut self, sample: usize, y: T) -> T {
+    pub fn shown<T: Side>(&mut self, sample: usize, y: T, inputs: T) -> T {
         let mut shown = [0.0; LANES];
         for (lane, (slot, own)) in shown.iter_mut().zip(&mut self.0).enumerate() {
-            *slot = own.simulation.shown(sample, y.lane(lane));
+            let y = own.simulation.sensed(sample, y.lane(lane));
+            *slot = own.simulation.shown(sample, y + inputs.lane(lane));
         }
         T::of(|lane| shown[lane])
+    }
+
+    /// Tells the sensors by how much y was corrected.
+    #[inline(always)]
+    pub fn corrected<T: Side>(&mut self, by: T) {
+        for (lane, own) in self.0.iter_mut().enumerate() {
+            own.simulation.corrected(by.lane(lane));
+        }
     }
 
     /// Samples cut where a plant, gains or anything else that is given changes.

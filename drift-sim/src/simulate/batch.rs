@@ -12,7 +12,8 @@ use crate::plant::Output;
 /// What reaches a plant, sample by sample, but for what a filter adds.
 #[derive(Debug, Clone, Default)]
 pub struct Driven {
-    /// What leaves the dead time over each sample, in the unit of u: the older value, then the newer.
+    /// What leaves the dead time over each sample, in the unit of u: the older value, then the newer. Of a plant that is stepped along the way twice the
+    /// mean over the sample, behind the terms that act there.
     pub held: Vec<(f64, f64)>,
     /// Load of the terms and the measured inputs; empty where there is none.
     pub load: Vec<f64>,
@@ -20,17 +21,18 @@ pub struct Driven {
     pub at_sensor: Vec<f64>,
 }
 
-/// What decides what reaches a plant under a recorded u: the terms on the way to it, the measured inputs, what is held before the first sample, and
-/// the dead times, each from some sample on.
+/// What decides what reaches a plant under a recorded u: the terms on the way to it, the measured inputs, what is held before the first sample, the
+/// dead times, each from some sample on, and whether the plant takes the mean over a sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reached {
     terms: Vec<Term>,
     inputs: Inputs,
     before: u64,
     dead_times: Vec<(u64, usize, u64)>,
+    is_mean: bool,
 }
 
-/// One exact step of a linear plant of N states: `x <- phi x + older o + newer w` for drives o and w, y of it before, and dy/dt.
+/// One step of a linear plant of N states: `x <- phi x + older o + newer w` for drives o and w, y of it before, and dy/dt.
 #[derive(Debug, Clone, Copy)]
 pub struct LinearStep<const N: usize> {
     /// States to states.
@@ -47,14 +49,28 @@ pub struct LinearStep<const N: usize> {
     pub rate_state: [f64; N],
     /// The drive to dy/dt.
     pub rate_drive: f64,
+    /// States to y at the middle of the sample, and the drive to it: where forces are looked at.
+    pub middle_state: [f64; N],
+    /// The drive to y at the middle.
+    pub middle_drive: f64,
 }
 
 impl Simulation {
-    /// How many states its plant has, where it is stepped exactly all the time and nothing but its states tells what it does next; at most four.
+    /// How many states its plant has, where it is linear but for forces and takes one step a sample; at most four.
     pub fn linear_order(&self) -> Option<usize> {
-        let order = exact_order(&self.body)?;
-        let stays = self.changes.iter().all(|change| exact_order(&change.body) == Some(order));
-        (stays && !self.terms.heeds_corrections()).then_some(order)
+        let order = self.order_of(&self.body)?;
+        self.changes.iter().all(|change| self.order_of(&change.body) == Some(order)).then_some(order)
+    }
+
+    fn order_of(&self, body: &Body) -> Option<usize> {
+        match body {
+            Body::One(_) => Some(1),
+            Body::Two(_) => Some(2),
+            Body::Three(_) => Some(3),
+            Body::Four(_) => Some(4),
+            Body::Linear(plant) if self.substeps == 1 => Some(plant.x.len()).filter(|n| (1..=4).contains(n)),
+            _ => None,
+        }
     }
 
     /// The plant's step from a sample on; `None` where it has another number of states.
@@ -65,6 +81,7 @@ impl Simulation {
             Body::Two(plant) => step_of(plant),
             Body::Three(plant) => step_of(plant),
             Body::Four(plant) => step_of(plant),
+            Body::Linear(plant) => plant.step(),
             _ => None,
         }
     }
@@ -88,7 +105,13 @@ impl Simulation {
             inputs: self.inputs.clone(),
             before: self.line.first().to_bits(),
             dead_times: self.changes.iter().map(dead_time).collect(),
+            is_mean: self.takes_the_mean(),
         }
+    }
+
+    /// Whether the plant is stepped along the way.
+    fn takes_the_mean(&self) -> bool {
+        matches!(self.body, Body::Linear(_) | Body::Servo(_) | Body::Tank(_))
     }
 
     /// What reaches the plant under a recorded u and the columns of its inputs, from the first sample on; to be asked for once.
@@ -119,7 +142,24 @@ impl Simulation {
             }
         }
         driven.held = self.delayed(if is_changed { &passed } else { u });
+        if self.takes_the_mean() {
+            self.filter(&mut driven.held);
+        }
         driven
+    }
+
+    /// What reaches a plant that is stepped along the way over each sample, as its mean, of what leaves the dead time.
+    fn filter(&mut self, held: &mut [(f64, f64)]) {
+        let mut changes = self.changes.iter().map(|change| (change.tick, change.part)).peekable();
+        let mut part = 0.0;
+        for (tick, held) in (0..).zip(held) {
+            while let Some((_, begun)) = changes.next_if(|(from, _)| *from <= tick) {
+                part = begun;
+            }
+            let (older, newer) = *held;
+            let w = self.terms.filter(tick, newer + part * (older - newer));
+            *held = (w, w);
+        }
     }
 
     /// What leaves the dead time, the older value and the newer, of what enters it.
@@ -139,7 +179,18 @@ impl Simulation {
 
     /// Whether terms change what the sensor shows.
     pub fn has_sensor_terms(&self) -> bool {
-        self.terms.has_sensor()
+        self.terms.has_sensor() || self.terms.heeds_corrections()
+    }
+
+    /// What the sensor itself makes of y at a sample, before anything is added to it.
+    pub fn sensed(&mut self, sample: usize, y: f64) -> f64 {
+        let tick = sample as u64;
+        self.terms.sense(tick, tick as f64 * self.sample_time_s, y)
+    }
+
+    /// Tells the sensor by how much y was corrected.
+    pub fn corrected(&mut self, by: f64) {
+        self.terms.correct(by);
     }
 
     /// What the sensor shows of a y at a sample.
@@ -173,11 +224,9 @@ pub struct ServoStep {
 
 /// A mass that is moved one step a sample, by a filter that runs several side by side.
 impl Simulation {
-    /// Whether its plant is a mass under dry friction or forces, stepped once a sample, of which nothing has to be told when its state is corrected.
+    /// Whether its plant is a mass under dry friction or forces, stepped once a sample.
     pub fn is_servo(&self) -> bool {
-        self.substeps == 1
-            && !self.terms.heeds_corrections()
-            && self.changes.iter().all(|change| matches!(change.body, Body::Servo(_)))
+        self.substeps == 1 && self.changes.iter().all(|change| matches!(change.body, Body::Servo(_)))
     }
 
     /// The mass from a sample on.
@@ -248,32 +297,6 @@ impl Simulation {
     pub fn friction(&self, sample: usize, direction: f64, speed: f64, transmitted: f64) -> f64 {
         self.terms.friction(sample as u64, direction, speed, transmitted)
     }
-
-    /// What reaches the plant over each sample, as its mean, of what leaves the dead time.
-    pub fn filtered(&mut self, held: &[(f64, f64)]) -> Vec<f64> {
-        let mut changes = self.changes.iter().map(|change| (change.tick, change.part)).peekable();
-        let mut part = 0.0;
-        let mut all = Vec::with_capacity(held.len());
-        for (tick, (older, newer)) in (0..).zip(held) {
-            while let Some((_, begun)) = changes.next_if(|(from, _)| *from <= tick) {
-                part = begun;
-            }
-            let w = newer + part.clamp(0.0, 1.0) * (older - newer);
-            all.push(self.terms.filter(tick, w));
-        }
-        all
-    }
-}
-
-/// The states of a plant that is stepped exactly.
-fn exact_order(body: &Body) -> Option<usize> {
-    match body {
-        Body::One(_) => Some(1),
-        Body::Two(_) => Some(2),
-        Body::Three(_) => Some(3),
-        Body::Four(_) => Some(4),
-        _ => None,
-    }
 }
 
 /// The numbers of a plant of M states, where M is N.
@@ -293,5 +316,7 @@ fn step_of<const M: usize, const N: usize>(plant: &Exact<M>) -> Option<LinearSte
         d: plant.d,
         rate_state: same(&plant.rate_state)?,
         rate_drive: plant.rate_drive,
+        middle_state: [0.0; N],
+        middle_drive: 0.0,
     })
 }

@@ -1,6 +1,7 @@
 //! A linear plant with forces that depend on its output: sub-steps that are exact for the linear part and take the
 //! force at the middle of the sub-step (second order in the sub-step).
 
+use super::batch::LinearStep;
 use crate::Result;
 use crate::physics::Motion;
 use crate::plant::StateSpace;
@@ -44,6 +45,26 @@ impl Linear {
             rate_drive: plant.rate_of_output().1,
             x: vec![0.0; n],
             next: vec![0.0; n],
+        })
+    }
+
+    /// Its step, where it has N states.
+    pub fn step<const N: usize>(&self) -> Option<LinearStep<N>> {
+        let of = |values: &[f64]| -> Option<[f64; N]> { values.try_into().ok() };
+        let mut phi = [[0.0; N]; N];
+        for (row, values) in phi.iter_mut().zip(self.phi.chunks_exact(N.max(1))) {
+            *row = of(values)?;
+        }
+        Some(LinearStep {
+            phi,
+            older: [0.0; N],
+            newer: of(&self.gamma)?,
+            c: of(&self.c)?,
+            d: self.d,
+            rate_state: of(&self.rate_state)?,
+            rate_drive: self.rate_drive,
+            middle_state: of(&self.half_state)?,
+            middle_drive: self.half_drive,
         })
     }
 

@@ -101,7 +101,8 @@ impl Terms {
 
     /// Which terms act before the plant, in the order of the loop's list.
     pub fn before_the_plant(&self) -> Vec<usize> {
-        let mut terms: Vec<usize> = self.actuator.iter().chain(&self.load).map(|(_, index)| *index).collect();
+        let users = self.actuator.iter().chain(&self.load).chain(&self.filter);
+        let mut terms: Vec<usize> = users.map(|(_, index)| *index).collect();
         terms.sort_unstable();
         terms.dedup();
         terms

@@ -19,7 +19,7 @@ use super::law::Law;
 use super::options::Options;
 use super::search::Found;
 use super::unseen::{Unseen, fit_pct, noise_floor};
-use super::{identified, interval, locate, missing_drive, prove};
+use super::{identified, interval, locate, missing_drive, prove, standing_load};
 
 /// From the end of a search to what is reported.
 pub struct Conclusion<'a> {
@@ -224,8 +224,23 @@ impl Conclusion<'_> {
                 })
             })
             .collect();
+        all.extend(self.standing_load(best, realised.constant_load, widths));
         all.sort_by(|a, b| b.train_gain.total_cmp(&a.train_gain));
         all
+    }
+
+    /// The load that stays, where it is named.
+    fn standing_load(&self, best: &Fit, level: f64, widths: &[f64]) -> Option<Named> {
+        let choice = self.result.standing_load.as_ref()?;
+        let place = best.hypothesis.place(Target::ConstantLoad)?;
+        Some(Named {
+            term: Term::new(standing_load::KIND, &[("level", level)]).ok()?,
+            half_widths: vec![widths.get(place).copied().unwrap_or(f64::INFINITY)],
+            tied: choice.tied.clone(),
+            first: None,
+            train_gain: choice.gain,
+            holdout_errors: choice.unseen.map_or(0.0, prove::Gained::errors),
+        })
     }
 
     fn verdict(&self, physics: &[Named], other_numbers: bool) -> Verdict {
@@ -245,6 +260,8 @@ impl Conclusion<'_> {
     /// The plant's numbers and the load that stays, before and after; then those of the law.
     fn parameters(&self, best: &Fit, widths: &[f64]) -> Vec<Refitted> {
         let mut rows = identified::numbers(best, widths);
+        // What is named as a term is no number of the plant besides.
+        rows.retain(|row| self.result.standing_load.is_none() || row.name != "load");
         rows.extend(self.law.numbers.iter().map(|(name, nominal, value)| Refitted {
             name: name.clone(),
             nominal: *nominal,

@@ -32,6 +32,8 @@ pub struct Scored {
     pub gain: f64,
     /// The same less the cost of its numbers.
     pub score: f64,
+    /// What it loses because the load that stays beside it is unlikely.
+    pub lost_to_load: f64,
 }
 
 /// What the decision leaves.
@@ -66,6 +68,7 @@ pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
                 numbers: rival.fit.hypothesis.places_of(last).len(),
                 gain,
                 score: gain - cost(&rival.fit, last, rival.idle, samples),
+                lost_to_load: share * field.lost_to_load(rival),
             }
         })
         .collect();
@@ -96,12 +99,13 @@ pub fn decide(
     // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
     // makes a kind likelier by itself.
     let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
-    // Of one family two kinds differ by what a model that is not exact may get wrong.
+    // Of one family two kinds differ by what a model that is not exact may get wrong, and not by the load that stays beside them: dry friction beside a load does
+    // what dry friction does that differs by the direction.
     let inexact = (options.inexact_share * best.gain).max(2.0 * options.margin);
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
-            || (is_related(s) && s.gain > best.gain - inexact)
+            || (is_related(s) && s.gain + s.lost_to_load > best.gain - inexact)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
     left_of(scored, &near)
@@ -127,7 +131,7 @@ pub fn cost_of(fit: &Fit, candidate: usize) -> f64 {
     cost(fit, candidate, 0, fit.rows.count as f64 * independent_share(fit))
 }
 
-/// Half a logarithm of the samples for each number that is not idle, as in Schwarz's criterion.
+/// The cost of a candidate's numbers that are not idle.
 fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
     let hypothesis = &fit.hypothesis;
     let is_onset =
@@ -136,7 +140,12 @@ fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
     let numbers = numbers.saturating_sub(idle) as f64;
     let starts = hypothesis.candidates().get(candidate).map(|term| term.kind.search);
     let onset = matches!(starts, Some(Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange));
-    0.5 * (numbers + if onset { ONSET_COSTS } else { 0.0 }) * libm::log(samples.max(2.0))
+    cost_of_numbers(numbers + if onset { ONSET_COSTS } else { 0.0 }, samples)
+}
+
+/// Half a logarithm of the samples for each number, as in Schwarz's criterion.
+pub fn cost_of_numbers(numbers: f64, samples: f64) -> f64 {
+    0.5 * numbers * libm::log(samples.max(2.0))
 }
 
 /// What part of a fit's innovations counts as independent: one where they are white.

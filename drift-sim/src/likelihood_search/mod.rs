@@ -32,6 +32,7 @@ pub mod prove;
 pub(crate) mod rivals;
 mod search;
 pub(crate) mod simulates;
+mod standing_load;
 mod starts;
 pub(crate) mod units;
 mod unseen;

@@ -13,6 +13,7 @@ use super::glance::{Glance, Round, gain_over};
 use super::idle;
 use super::needle::at_needle;
 use super::nominal;
+use super::standing_load::prior_row;
 
 /// Gain of a short fit below which a kind is not fitted to the end.
 const LEAST: f64 = 3.0;
@@ -340,16 +341,14 @@ impl Field {
     /// Log-likelihood that a rival gains over the base. That a load which stays is unlikely speaks for none of them: what takes its place is no
     /// likelier.
     pub fn gain(&self, rival: &Rival) -> f64 {
-        let relief = constant_load_row(&self.base) - constant_load_row(&rival.fit);
+        let relief = prior_row(&self.base) - prior_row(&rival.fit);
         0.5 * (self.base.objective() - rival.fit.objective() - relief.max(0.0))
     }
-}
 
-/// What the prior of the load that stays adds to a fit's objective.
-fn constant_load_row(fit: &Fit) -> f64 {
-    let hypothesis = &fit.hypothesis;
-    let row = hypothesis.place(Target::ConstantLoad).and_then(|i| hypothesis.prior_rows(&fit.point).nth(i));
-    row.map_or(0.0, |row| row * row)
+    /// What a rival loses because the load that stays beside it is larger than beside the base.
+    pub fn lost_to_load(&self, rival: &Rival) -> f64 {
+        0.5 * (prior_row(&rival.fit) - prior_row(&self.base)).max(0.0)
+    }
 }
 
 /// A fit's point with the plant's, the load's and the noise's numbers of another.

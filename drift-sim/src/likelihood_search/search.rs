@@ -13,6 +13,7 @@ use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
 use super::rivals::{self, Field, Rival, field};
+use super::standing_load;
 
 /// Steps of a fit without one of the terms.
 const REFIT_STEPS: usize = 10;
@@ -67,6 +68,8 @@ pub struct Found {
     pub best: Option<Fit>,
     /// What is named, in the order of the candidates.
     pub named: Vec<Choice>,
+    /// The load that stays, where it is named beside them.
+    pub standing_load: Option<Choice>,
     /// Kinds that are left where they can't be told apart, and their gains after the cost of their numbers.
     pub set: Vec<(&'static str, f64)>,
     /// Fits of the first round, the likeliest first: the kinds that its decision left, then the next ones.
@@ -110,6 +113,7 @@ impl Search<'_> {
             base,
             best: None,
             named: Vec::new(),
+            standing_load: None,
             set: Vec::new(),
             contenders: Vec::new(),
             is_proven: false,
@@ -149,7 +153,15 @@ impl Search<'_> {
         let left = if found.set.is_empty() { &found.base } else { likeliest };
         found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
         self.prove(&mut found);
+        found.standing_load = self.standing_load(&found);
         found
+    }
+
+    /// What speaks for a load that is there from the start beside what is named. An unknown plant may have it by itself, and a healthy recording shares it.
+    fn standing_load(&self, found: &Found) -> Option<Choice> {
+        let best = found.best.as_ref().filter(|_| !self.is_plant_open && !self.data.has_healthy())?;
+        let least = (self.options.least_share * strongest(found)).max(self.options.least_gain);
+        standing_load::judged(best, self.data, least)
     }
 
     /// Names kind after kind beside what is named already.

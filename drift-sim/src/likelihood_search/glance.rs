@@ -4,7 +4,6 @@
 use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
 use crate::physics::{KINDS, Kind, Scales, Start, Starts};
 use crate::stage;
@@ -12,7 +11,7 @@ use crate::stage;
 use super::decide::cost_of;
 use super::nominal;
 use super::rivals::{Sketch, begins_at_once, grows, is_searched, last_kind, shared_point, stuck};
-use super::starts::{Base, Begin, begins, neutral};
+use super::starts::{Base, Begin, at_onset, begins, neutral};
 
 /// Starts of a kind from each base, and how far apart two of them begin, as part of the recording.
 const STARTS: usize = 2;
@@ -32,7 +31,7 @@ const NEAR_FIRST: f64 = 0.3;
 const NEAR_LATER: f64 = 0.6;
 /// Part of the best one's gain, at its start, from which on a kind's fit goes on, where the best one gains this much.
 const FOLLOWED: f64 = 0.03;
-const FAR_AHEAD: f64 = 1000.0;
+const FAR_AHEAD: f64 = 300.0;
 /// By how much a start may understate what its kind gains: the most that was seen on generated loops is 3.8 times (a limit that u seldom reaches).
 const UNDERSTATED: f64 = 4.0;
 
@@ -105,10 +104,25 @@ impl Glance {
             .filter_map(|fit| Base::new(fit, data))
             .collect();
         stage::begins("every kind of physics, at a glance", kinds.len());
-        let begun = kinds.into_par_iter().filter_map(|kind| {
-            let begun = Begun::of(&bases, kind, data, round);
+        let starts = kinds.into_par_iter().map(|kind| {
+            let of_each = bases.iter().map(|base| begins(base, kind)).collect();
             stage::step();
-            begun
+            (kind, of_each)
+        });
+        let starts: Vec<(&'static Kind, Vec<Vec<Begin>>)> = starts.collect();
+        let promise = |of_each: &[Vec<Begin>]| {
+            of_each.iter().flatten().map(|begin| 0.5 * begin.score).fold(0.0, f64::max)
+        };
+        let followed = followed(starts.iter().map(|(_, of_each)| promise(of_each)).fold(0.0, f64::max));
+        let begun = starts.into_par_iter().filter_map(|(kind, of_each)| {
+            let promise = promise(&of_each);
+            let each = bases.iter().zip(of_each);
+            let begun = each.filter_map(|(base, starts)| {
+                let beside = Beside { base, data, round, is_behind: promise < followed };
+                beside.best_of(kind, starts)
+            });
+            let fit = begun.reduce(|a, b| if b.objective() < a.objective() { b } else { a })?;
+            Some(Begun { kind, fit, promise })
         });
         let begun = begun.collect();
         Some(Self { seen, begun, offered: Vec::new(), round })
@@ -140,7 +154,7 @@ impl Glance {
         let most = |begun: &Begun| gain_over(&seen, &begun.fit).max(begun.promise);
         // Where one kind may be named, its rivals leave by evidence against them alone: a slide at rest says little of dry friction, say.
         let goes_on = round.goes_on(data, begun.iter().map(|begun| (&begun.fit, most(begun))));
-        let leading = if top > FAR_AHEAD { FOLLOWED * top } else { f64::NEG_INFINITY };
+        let leading = followed(top);
         let short = begun.into_par_iter().map(|mut begun| {
             if goes_on && most(&begun) >= leading {
                 begun.fit.descend(data, SHORT, &stuck(&begun.fit.hypothesis));
@@ -148,7 +162,7 @@ impl Glance {
             (begun.kind, at_least_idle(&seen, begun.fit, data))
         });
         let short: Vec<(&'static Kind, Fit)> = short.collect();
-        let mut sketch = Sketch { short: second_round(short, &seen, data), seen, round };
+        let mut sketch = Sketch { short: second_round(short, &seen, data, round), seen, round };
         offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
         sketch
     }
@@ -161,35 +175,64 @@ struct Begun {
     promise: f64,
 }
 
-impl Begun {
-    fn of(bases: &[Base<'_>], kind: &'static Kind, data: &Data, round: Round) -> Option<Self> {
-        let slid = bases.iter().filter_map(|base| Self::from(base, kind, data, round));
-        slid.reduce(|a, b| {
-            let promise = a.promise.max(b.promise);
-            Self { promise, ..if b.fit.objective() < a.fit.objective() { b } else { a } }
-        })
-    }
+/// What a kind must promise to be followed where the best one promises or gains so much.
+fn followed(top: f64) -> f64 {
+    if top > FAR_AHEAD { FOLLOWED * top } else { f64::NEG_INFINITY }
+}
 
-    fn from(base: &Base<'_>, kind: &'static Kind, data: &Data, round: Round) -> Option<Self> {
-        let duration = data.recordings.first()?.duration_s();
-        let most = if moves_the_plant(kind, &base.fit.hypothesis.scales) { usize::MAX } else { STARTS };
+/// What a kind is tried beside.
+struct Beside<'a> {
+    base: &'a Base<'a>,
+    data: &'a Data,
+    round: Round,
+    /// Whether the kind is too far behind another one for its starts to be followed.
+    is_behind: bool,
+}
+
+impl Beside<'_> {
+    /// The best of what a kind's starts lead to.
+    fn best_of(&self, kind: &'static Kind, starts: Vec<Begin>) -> Option<Fit> {
+        let duration = self.data.recordings.first()?.duration_s();
+        let most = match kind.search {
+            _ if self.is_behind => 1,
+            _ if moves_the_plant(kind, &self.base.fit.hypothesis.scales) => usize::MAX,
+            _ => STARTS,
+        };
         let mut best: Option<Fit> = None;
-        let mut promise = 0.0;
         let mut tried: Vec<f64> = Vec::new();
-        let least = round.promising();
-        for begin in begins(base, kind).into_iter().filter(|begin| 0.5 * begin.score > least) {
+        let least = self.round.promising();
+        for begin in starts.into_iter().filter(|begin| 0.5 * begin.score > least) {
             let is_near = |onset: &f64| (onset - begin.onset_s).abs() < APART * duration;
             if begins_at_once(kind) && tried.iter().any(is_near) {
                 continue;
             }
-            promise = f64::max(promise, 0.5 * begin.score);
             tried.push(begin.onset_s);
-            best = better(best, tried_from(base, &begin, kind, data));
+            best = better(best, self.tried(&begin, kind));
             if tried.len() == most {
                 break;
             }
         }
-        Some(Self { kind, fit: best?, promise })
+        best
+    }
+
+    /// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant; where a slide does not keep what its start
+    /// promises, the base's numbers are too far from linear themselves (a random load had swallowed what is found now).
+    fn tried(&self, begin: &Begin, kind: &Kind) -> Option<Fit> {
+        if moves_the_plant(kind, &self.base.fit.hypothesis.scales) {
+            // There are many of these starts, and the best of them goes on.
+            return descended(begin, self.data, 1);
+        }
+        let is_wave = matches!(kind.search, Starts::Wave(_));
+        if is_wave && !self.is_behind && begin.score > LEADS {
+            return descended(begin, self.data, SHORT);
+        }
+        let slid = self.base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
+        let kept =
+            slid.as_ref().is_some_and(|fit| self.base.fit.objective() - fit.objective() > KEPT * begin.score);
+        if is_wave || kept || self.is_behind || begin.score < 2.0 * LEADS {
+            return slid;
+        }
+        better(slid, descended(begin, self.data, SHORT))
     }
 }
 
@@ -215,24 +258,6 @@ fn moves_the_plant(kind: &Kind, scales: &Scales) -> bool {
     }
 }
 
-/// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant; where a slide does not keep what its start
-/// promises, the base's numbers are too far from linear themselves (a random load had swallowed what is found now).
-fn tried_from(base: &Base<'_>, begin: &Begin, kind: &Kind, data: &Data) -> Option<Fit> {
-    if moves_the_plant(kind, &base.fit.hypothesis.scales) {
-        // There are many of these starts, and the best of them goes on.
-        return descended(begin, data, 1);
-    }
-    if !matches!(kind.search, Starts::Wave(_)) {
-        let slid = base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
-        let gained = slid.as_ref().map_or(f64::NEG_INFINITY, |fit| base.fit.objective() - fit.objective());
-        if begin.score < 2.0 * LEADS || gained > KEPT * begin.score {
-            return slid;
-        }
-        return better(slid, descended(begin, data, SHORT));
-    }
-    descended(begin, data, SHORT)
-}
-
 fn descended(begin: &Begin, data: &Data, steps: usize) -> Option<Fit> {
     let mut fit = Fit::at(&begin.hypothesis, &begin.point, data)?;
     fit.descend(data, steps, &stuck(&begin.hypothesis));
@@ -247,7 +272,12 @@ fn better(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
 }
 
 /// Every kind again from the shared numbers of the best one; what begins at once, or grows from some time on, also from when the best of those begins.
-fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -> Vec<(&'static Kind, Fit)> {
+fn second_round(
+    mut short: Vec<(&'static Kind, Fit)>,
+    base: &Fit,
+    data: &Data,
+    round: Round,
+) -> Vec<(&'static Kind, Fit)> {
     let gain = |fit: &Fit| gain_over(base, fit);
     let Some((leader, best)) =
         short.iter().min_by(|a, b| a.1.objective().total_cmp(&b.1.objective())).cloned()
@@ -265,21 +295,17 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
         Some((*kind, onset_of(fit)?))
     };
     let (step, ramp) = (earliest(begins_at_once), earliest(grows));
+    let least = followed(gain_over(&shared, &best));
     short.par_iter_mut().filter(|(kind, _)| *kind != leader).for_each(|(kind, fit)| {
-        let mut tried: Vec<Option<Fit>> = begins(&from, kind)
-            .first()
-            .map(|begin| tried_from(&from, begin, kind, data))
-            .into_iter()
-            .collect();
         let alike = if begins_at_once(kind) { step } else { ramp.filter(|_| grows(kind)) };
-        if let Some((_, onset_s)) = alike.filter(|(of, _)| of != kind) {
-            for side in [0.15, -0.15] {
-                tried.push(at_onset(fit, &from, onset_s, side, data));
-            }
-        }
-        for trial in tried.into_iter().flatten() {
-            if trial.objective() < fit.objective() {
-                *fit = trial;
+        let alike =
+            alike.filter(|(of, _)| of != kind && matches!(kind.search, Starts::Onset(_) | Starts::Ramp(_)));
+        let again = begins(&from, kind).into_iter().take(1);
+        for begin in again.chain(alike.and_then(|(_, onset_s)| at_onset(&from, kind, onset_s))) {
+            let is_behind = 0.5 * begin.score < least;
+            let tried = Beside { base: &from, data, round, is_behind }.tried(&begin, kind);
+            if let Some(tried) = tried.filter(|tried| tried.objective() < fit.objective()) {
+                *fit = tried;
             }
         }
     });
@@ -289,19 +315,4 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
 /// When the last candidate begins.
 fn onset_of(fit: &Fit) -> Option<f64> {
     Some(fit.hypothesis.realise(&fit.point)?.model.physics.last()?.onset_s)
-}
-
-/// A kind from another's onset.
-fn at_onset(fit: &Fit, from: &Base<'_>, onset_s: f64, size: f64, data: &Data) -> Option<Fit> {
-    let hypothesis = fit.hypothesis.clone();
-    let mut point = hypothesis.widen(&from.fit.hypothesis, &from.fit.point);
-    let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
-    let free = hypothesis.free.get(place)?;
-    *point.x.get_mut(place)? = size.clamp(free.low, free.high);
-    let last = hypothesis.model.physics.len() - 1;
-    match hypothesis.place(Target::Onset(last)) {
-        Some(onset) => *point.x.get_mut(onset)? = hypothesis.free.get(onset)?.x_of(onset_s),
-        None => *point.onsets.last_mut()? = onset_s,
-    }
-    descended(&Begin { score: 0.0, hypothesis, point, onset_s }, data, SHORT)
 }

@@ -22,6 +22,7 @@ use crate::estimate::signals::Signals;
 use crate::physics::{Kind, Over, Starts, Term};
 
 pub use forecast::Look;
+pub use onset::at as at_onset;
 use spectrum::Spectrum;
 
 /// A point to begin at.

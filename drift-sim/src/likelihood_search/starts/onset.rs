@@ -38,25 +38,14 @@ pub fn ramps(base: &Base<'_>, kind: &'static Kind, weight: Weight) -> Option<Vec
 }
 
 fn from_filter(base: &Base<'_>, kind: &'static Kind, weight: Weight, ramp: bool) -> Option<Vec<Begin>> {
-    let hypothesis = wider(base, kind, neutral(kind));
-    let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
-    let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
-    let free = hypothesis.free.get(place)?.clone();
-    let trial = if free.from == 0.0 { TRIAL } else { RATIO_TRIAL };
     let answer = step_answer(base, weight)?;
     let mut promise = promises(base, weight, &answer, ramp)?;
     let n = promise.len();
     let ends = (ENDS * n as f64) as usize;
     promise.iter_mut().enumerate().filter(|(i, _)| *i < ends || *i + ends >= n).for_each(|(_, p)| *p = 0.0);
-    let ts = hypothesis.model.sample_time_s;
+    let ts = base.fit.hypothesis.model.sample_time_s;
     let mut begins = Vec::new();
-    let checked = |onset_s: f64| {
-        let mut point = hypothesis.started(&from, &Start::of(vec![free.value(0.0)]), onset_s);
-        let response = base.response(&hypothesis, &point, place, trial)?;
-        let (x, score) = base.proportional(&response);
-        *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
-        Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s })
-    };
+    let checked = |onset_s: f64| at(base, kind, onset_s);
     if base.data.has_healthy() && !ramp {
         // What healthy recordings lack may have begun before this one.
         begins.extend(checked(0.0));
@@ -71,6 +60,20 @@ fn from_filter(base: &Base<'_>, kind: &'static Kind, weight: Weight, ramp: bool)
         promise.iter_mut().skip(at.saturating_sub(apart)).take(2 * apart + 1).for_each(|p| *p = 0.0);
     }
     Some(begins)
+}
+
+/// The kind from some time on, of the size that one small trial tells.
+pub fn at(base: &Base<'_>, kind: &'static Kind, onset_s: f64) -> Option<Begin> {
+    let hypothesis = wider(base, kind, neutral(kind));
+    let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
+    let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
+    let free = hypothesis.free.get(place)?.clone();
+    let trial = if free.from == 0.0 { TRIAL } else { RATIO_TRIAL };
+    let mut point = hypothesis.started(&from, &Start::of(vec![free.value(0.0)]), onset_s);
+    let response = base.response(&hypothesis, &point, place, trial)?;
+    let (x, score) = base.proportional(&response);
+    *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
+    Some(Begin { score, hypothesis, point, onset_s })
 }
 
 /// How the innovations answer, sample after sample, to a unit step on the drive (on y for a sensor), in the drive's (y's) scale.

@@ -173,6 +173,30 @@ fn two_kinds_at_once() {
     assert!(named.iter().any(|kind| kind.name == "load_step"), "{named:?}");
 }
 
+/// A load that is there from the start, beside friction: on a motor, which has no offset of its own, it is a force that the loop file lacks; an oven's belongs to its
+/// surroundings. Without a load none is named.
+#[test]
+fn a_load_from_the_start_is_named_beside_friction() {
+    let friction = || Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
+    let load = Term::new("load_step", &[("level", 0.06)]).unwrap();
+    let under_load = found(MOTOR, &[friction(), load]);
+    let named =
+        |found: &Diagnosis| found.physics.iter().map(|named| named.term.kind.name).collect::<Vec<_>>();
+    assert_eq!(named(&under_load), ["coulomb_friction", "load_step"]);
+    let [friction_level, level] = [0, 1].map(|i| {
+        let named = &under_load.physics[i];
+        (named.term.value("level").unwrap(), named.half_widths[0])
+    });
+    // Twice the half width: each alone misses one time in twenty.
+    assert!((friction_level.0 - 0.1).abs() < 2.0 * friction_level.1, "{friction_level:?}");
+    assert!((level.0 - 0.06).abs() < 2.0 * level.1 && level.1 < 0.01, "{level:?}");
+    assert!(under_load.parameters.iter().all(|number| number.name != "load"));
+    assert_eq!(named(&found(MOTOR, &[friction()])), ["coulomb_friction"]);
+    let colder = Term::new("load_step", &[("level", 4.0)]).unwrap();
+    let loss = Term::new("gain_loss", &[("loss", 0.25)]).unwrap().from_s(6000.0);
+    assert_eq!(named(&found(OVEN, &[loss, colder])), ["gain_loss"]);
+}
+
 /// A positioning motor under a proportional law; the loop file knows the law alone.
 const POSITIONER: &str = "[loop]\nsample_time_s = 0.1\n[units]\nr = \"V\"\ny = \"V\"\nu = \"V\"\n\
     [controller]\nkind = \"pi\"\nkp = 4.8\nki = 0.0\n[plant]\nkind = \"identify\"\n";

@@ -35,9 +35,12 @@ fn reference(mean: f64, sd: f64, samples: usize, seed: u64) -> Vec<f64> {
 
 /// A recording of the loop with this left out of it, the noise following from the seed.
 fn recorded(model: &Loop, left_out: &[Term], seed: u64) -> Signals {
-    let truth = Loop { physics: left_out.to_vec(), ..model.clone() };
     let (mean, sd) = if matches!(model.plant, Plant::Servo(_)) { (0.0, 20.0) } else { (60.0, 6.0) };
-    let r = reference(mean, sd, 8000, seed);
+    recorded_over(reference(mean, sd, 8000, seed), model, left_out, seed)
+}
+
+fn recorded_over(r: Vec<f64>, model: &Loop, left_out: &[Term], seed: u64) -> Signals {
+    let truth = Loop { physics: left_out.to_vec(), ..model.clone() };
     let trace = simulate(&truth, &r, &[], seed, None).unwrap();
     let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; r.len()]);
     let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
@@ -195,6 +198,22 @@ fn a_load_from_the_start_is_named_beside_friction() {
     let colder = Term::new("load_step", &[("level", 4.0)]).unwrap();
     let loss = Term::new("gain_loss", &[("loss", 0.25)]).unwrap().from_s(6000.0);
     assert_eq!(named(&found(OVEN, &[loss, colder])), ["gain_loss"]);
+}
+
+/// The mass grows at 22 s, while the motor turns evenly for 8 s: when, that recording does not tell. The hold-out, which moves then, does not put the cause aside.
+#[test]
+fn a_mass_that_changes_at_an_even_speed_is_proved_on_a_recording_that_moves_then() {
+    let truth = Loop::parse(MOTOR, "loop.toml").unwrap();
+    let grown = [Term::new("inertia_change", &[("ratio", 1.5)]).unwrap().from_s(22.0)];
+    let mut r = reference(0.0, 20.0, 8000, 1);
+    let even = r[3600];
+    r[3600..5200].fill(even);
+    let (train, holdout) = (recorded_over(r, &truth, &grown, 1), recorded(&truth, &grown, 2));
+    let found = diagnose(&[train], Some(&holdout), &stated(MOTOR)).unwrap();
+    let [named] = found.physics.as_slice() else { panic!("{:?}", found.physics) };
+    assert_eq!(named.term.kind.name, "inertia_change");
+    assert!((named.term.value("ratio").unwrap() / 1.5 - 1.0).abs() < 0.01, "{named:?}");
+    assert!((17.5..26.5).contains(&named.term.onset_s), "{named:?}");
 }
 
 /// A positioning motor under a proportional law; the loop file knows the law alone.

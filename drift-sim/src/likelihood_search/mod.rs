@@ -12,6 +12,7 @@ mod apart;
 mod climb;
 pub(crate) mod conclude;
 pub(crate) mod decide;
+mod equal_onsets;
 mod excitation;
 mod glance;
 mod guarantee;

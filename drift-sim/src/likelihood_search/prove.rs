@@ -8,6 +8,7 @@ use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::{Cache, Data, runs};
 
 use super::decide::independent_share;
+use super::equal_onsets;
 use super::needle::near_the_top;
 
 /// Log-likelihood gained on unseen samples, with its standard error.
@@ -82,11 +83,12 @@ fn run_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
     beyond(&densities(better, data)?, &densities(worse, data)?, independent_share(better))
 }
 
-/// What the fits about a needle's top foretell together: no valve slips at the same band each time, and the one that foretells this slip may miss the
-/// next. After each sample a part of each one's weight goes to all (Herbster & Warmuth 1998, "Tracking the best expert"): a forecast like any other, made
-/// without what it is judged by. `None` of other kinds.
+/// What fits that are about as likely foretell together: those about a needle's top, for no valve slips at the same band each time, and the one that foretells this
+/// slip may miss the next; and those with other onsets, where nothing moves when a term begins. After each sample a part of each one's weight goes to all (Herbster & Warmuth 1998, "Tracking the best expert"): a forecast like any other, made
+/// without what it is judged by. `None` where there is only one.
 fn together(top: &Fit, own: Vec<f64>, data: &Data) -> Option<Vec<f64>> {
-    let near = near_the_top(top, data);
+    let mut near = near_the_top(top, data);
+    near.extend(equal_onsets::of(top, data));
     if near.is_empty() {
         return None;
     }

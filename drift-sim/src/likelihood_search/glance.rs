@@ -215,8 +215,8 @@ impl Beside<'_> {
         best
     }
 
-    /// A fit from a start. A wave's length is too far from linear for a slide, and so is what moves the plant; where a slide does not keep what its start
-    /// promises, the base's numbers are too far from linear themselves (a random load had swallowed what is found now).
+    /// A fit from a start. The length of a wave that promises something is too far from linear for a slide, and so is what moves the plant; where a slide does not keep
+    /// what its start promises, the base's numbers are too far from linear themselves (a random load had swallowed what is found now).
     fn tried(&self, begin: &Begin, kind: &Kind) -> Option<Fit> {
         if moves_the_plant(kind, &self.base.fit.hypothesis.scales) {
             // There are many of these starts, and the best of them goes on.

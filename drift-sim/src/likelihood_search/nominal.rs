@@ -20,9 +20,6 @@ const STARTS: [(f64, f64, f64); 7] = [
 /// Steps of each of these, and of the best two of them.
 const SHORT: usize = 2;
 const LONG: usize = 15;
-/// Steps after which the second of them goes on where it is no farther behind than this in the objective.
-const HALFWAY: usize = 5;
-const BEHIND: f64 = 100.0;
 /// Fall of the objective from which other noise is likelier.
 const LIKELIER: f64 = 1.0;
 
@@ -35,10 +32,7 @@ pub fn fit(hypothesis: &Hypothesis, data: &Data) -> Option<Fit> {
 pub fn fit_noise(hypothesis: &Hypothesis, data: &Data, held: &[usize]) -> Option<Fit> {
     let mut begun = under_all_noises(hypothesis, &hypothesis.own_point(), data, held);
     begun.truncate(2);
-    begun.par_iter_mut().for_each(|fit| fit.descend(data, HALFWAY, held));
-    let least = begun.iter().map(Fit::objective).fold(f64::INFINITY, f64::min);
-    begun.retain(|fit| fit.objective() < least + BEHIND);
-    begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG - HALFWAY, held));
+    begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG, held));
     begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
 }
 

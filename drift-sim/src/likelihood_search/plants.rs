@@ -50,10 +50,8 @@ const BEHIND: f64 = 0.1;
 const TIMES: usize = 8;
 const SHORTEST_SAMPLES: f64 = 3.0;
 const LONGEST_PART: f64 = 1.0 / 12.0;
-/// Steps of a fit from each, how many of each structure go on, their steps, and more of the best of each structure.
-const FIRST_STEPS: usize = 2;
-const GOING_ON: usize = 4;
-const STEPS: usize = 3;
+/// Steps of a fit from each, and more of the best of each structure.
+const STEPS: usize = 4;
 const MORE_STEPS: usize = 15;
 /// Samples that are enough to tell which time constant to begin with, and the coarsest of them, in samples of the recording.
 const ENOUGH: usize = 5_000;
@@ -216,7 +214,7 @@ impl Identification<'_> {
                 let mut found = coarse.hypothesis.realise(&coarse.point)?.model;
                 let term = self.beside.and_then(|_| found.physics.pop());
                 let finer = Identification { beside: term.as_ref(), ..*self };
-                finer.fitted(found.plant, MORE_STEPS).map(|(fit, _)| (structure, fit))
+                finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
             })
             .filter(|(_, fit)| !drifts(fit))
             .collect();
@@ -253,29 +251,15 @@ impl Identification<'_> {
         let coarser = Identification { model: &model, of: &of, until: &until, ..*self };
         let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
         let plants = structures(&measure::scales(&model, &of), &of, &signs).into_par_iter().enumerate();
-        let begun = plants
+        plants
             .filter(|(_, plant)| units::suit(&model.units, plant))
             .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))
-            .filter_map(|(i, plant)| Some((i % STRUCTURES, coarser.fitted(plant, FIRST_STEPS)?)));
-        let mut begun: Vec<(usize, (Fit, Data))> = begun.collect();
-        begun.sort_by(|(_, a), (_, b)| a.0.objective().total_cmp(&b.0.objective()));
-        let mut going_on = [0; STRUCTURES];
-        begun.retain(|(structure, _)| {
-            let of_structure = going_on.get_mut(*structure);
-            of_structure.is_some_and(|count| {
-                *count += 1;
-                *count <= GOING_ON
-            })
-        });
-        let ended = begun.into_par_iter().map(|(structure, (mut fit, data))| {
-            fit.descend(&data, STEPS, &[]);
-            (structure, fit)
-        });
-        ended.collect()
+            .filter_map(|(i, plant)| Some((i % STRUCTURES, coarser.fitted(plant, STEPS)?)))
+            .collect()
     }
 
     /// A fit from a plant and a random load of middling size.
-    fn fitted(&self, plant: Plant, steps: usize) -> Option<(Fit, Data)> {
+    fn fitted(&self, plant: Plant, steps: usize) -> Option<Fit> {
         let model = Loop { plant, ..self.model.clone() };
         let plain = super::hypothesis(&model, self.of, self.options);
         let hypothesis = match self.beside {
@@ -286,7 +270,7 @@ impl Identification<'_> {
         let point = nominal::with_noise(&hypothesis, &hypothesis.own_point(), -2.0, -1.0 / 100.0, 0.0);
         let mut fit = Fit::at(&hypothesis, &point, &data)?;
         fit.descend(&data, steps, &[]);
-        Some((fit, data))
+        Some(fit)
     }
 }
 

@@ -38,6 +38,26 @@ pub fn climb(
     climber.best
 }
 
+/// The same of several climbs, whose steps are judged together, one of each at a time.
+pub fn climb_together(
+    kind: &Kind,
+    from: Vec<(Vec<f64>, f64)>,
+    steps: Steps,
+    worth: impl Fn(&[Vec<f64>]) -> Vec<Option<f64>>,
+) -> Vec<(Vec<f64>, f64)> {
+    let seeded = from.into_iter().zip(steps.seed..);
+    let mut climbers: Vec<Climber> =
+        seeded.map(|(from, seed)| Climber::new(from, Steps { seed, ..steps })).collect();
+    for _ in 0..steps.count {
+        let moved: Vec<Vec<f64>> = climbers.iter_mut().map(|climber| climber.moved(kind)).collect();
+        let found = worth(&moved);
+        for ((climber, moved), found) in climbers.iter_mut().zip(moved).zip(found) {
+            climber.judge(moved, found);
+        }
+    }
+    climbers.into_iter().map(|climber| climber.best).collect()
+}
+
 /// One climb at work.
 struct Climber {
     random: ChaCha8Rng,

@@ -6,7 +6,6 @@ use realfft::num_complex::Complex;
 
 use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
@@ -41,7 +40,7 @@ pub struct Look {
 /// The best of points of the last candidate's parameters about a fit.
 pub fn about(base: &Base<'_>, points: Vec<Vec<f64>>, look: Look) -> Option<Vec<Begin>> {
     let hypothesis = &base.fit.hypothesis;
-    let forecast = Forecast::new(base, (hypothesis, &base.fit.point), look.seen)?;
+    let forecast = Forecast::new(base, look.seen)?;
     let mut judged: Vec<(f64, Vec<f64>)> = points
         .into_par_iter()
         .filter_map(|parameters| Some((forecast.squares(&parameters)?, parameters)))
@@ -67,7 +66,7 @@ fn are_near(a: &[f64], b: &[f64], part: f64) -> bool {
 }
 
 /// How the innovations of the first recording change with what leaves the actuator; spectra, whose sums of squares are the signals' own.
-pub struct Forecast {
+struct Forecast {
     term: Term,
     model: Loop,
     u: Vec<f64>,
@@ -82,27 +81,22 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Of the last candidate of a hypothesis at a point: the base's own, or a wider one where that candidate does nothing.
-    pub fn new(base: &Base<'_>, (hypothesis, at): (&Hypothesis, &Point), seen: usize) -> Option<Self> {
-        let model = hypothesis.realise(at)?.model;
+    fn new(base: &Base<'_>, seen: usize) -> Option<Self> {
+        let hypothesis = &base.fit.hypothesis;
+        let model = hypothesis.realise(&base.fit.point)?.model;
         let term = model.physics.last()?.clone();
         let recording: &Signals = base.data.recordings.first()?;
         let n = seen.min(*base.data.fitted.first()?).min(recording.len());
         let u = recording.u.get(..n)?.to_vec();
         let spread = hypothesis.scales.u_range;
         let left = actuated(&model, &u);
-        let last = hypothesis.candidates().len() - 1;
-        let own = if base.fit.hypothesis.candidates().len() > last {
-            hypothesis.places_of(last)
-        } else {
-            Vec::new()
-        };
+        let own = hypothesis.places_of(hypothesis.candidates().len() - 1);
         let others =
             base.tangent.moving.iter().zip(base.tangent.columns()).filter(|(place, _)| !own.contains(place));
         let directions = orthonormal(others.filter_map(|(_, column)| column.get(..n)));
         // The same loop with an actuator that passes everything, driven by what left the other.
         let passing = Start::of(neutral(term.kind));
-        let point = hypothesis.started(at, &passing, 0.0);
+        let point = hypothesis.started(&base.fit.point, &passing, 0.0);
         let innovations = |u: Vec<f64>| {
             let recording = Signals { u, ..recording.part(0, n) };
             let data = Data::new(hypothesis, vec![recording], vec![n]).colored(base.data.coloring().clone());
@@ -130,16 +124,10 @@ impl Forecast {
     /// The squares that are left at other parameters. The answer goes on beyond the last sample, where no innovation is known: a constant to
     /// speak of.
     fn squares(&self, parameters: &[f64]) -> Option<f64> {
-        self.squares_under(parameters, 0.0)
-    }
-
-    /// The same of a plant whose gain is larger, by its logarithm.
-    pub fn squares_under(&self, parameters: &[f64], gain: f64) -> Option<f64> {
         let mut model = self.model.clone();
         model.physics.last_mut()?.parameters = parameters.to_vec();
         let mut change = actuated(&model, &self.u);
-        let larger = libm::exp(gain);
-        change.iter_mut().zip(&self.left).for_each(|(now, at_fit)| *now = larger * *now - at_fit);
+        change.iter_mut().zip(&self.left).for_each(|(now, at_fit)| *now -= at_fit);
         let mut z = self.spectrum.of(&change)?;
         z.iter_mut().zip(&self.answer).zip(&self.z).for_each(|((x, h), at_fit)| *x = *x * h + at_fit);
         let z = parts(&z);

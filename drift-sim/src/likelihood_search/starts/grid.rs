@@ -3,16 +3,13 @@
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::physics::{Kind, Start};
 
-use super::super::climb::{Steps, climb};
-use super::forecast::Forecast;
+use super::super::climb::{Steps, climb_together};
 use super::{Base, Begin, neutral, wider};
 
 /// Size of a trial of what acts in proportion, in the parameter's own scale.
 const TRIAL: f64 = 0.02;
 
-/// Samples of the first recording by which a narrow peak is looked for.
-const FORECAST: usize = 8_000;
-/// Points of a grid from which it is climbed, steps of each, and their reach.
+/// Points of a grid from which a narrow peak is climbed, steps of each, and their reach.
 const CLIMBED: usize = 6;
 const STEPS: usize = 40;
 const REACH: f64 = 0.15;
@@ -24,50 +21,42 @@ const OTHER_GAIN: f64 = 0.2;
 pub fn points(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<Vec<Begin>> {
     let hypothesis = wider(base, kind, starts.first()?.parameters.clone());
     let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
-    let starts = with_made_up(base, &hypothesis, &from, starts);
-    let points = starts.iter().map(|start| hypothesis.started(&from, start, 0.0));
-    Some(simulated(base, &hypothesis, points.collect()))
-}
-
-/// The starts, and those once more with a plant that makes up for what an actuator does not pass.
-fn with_made_up(base: &Base<'_>, hypothesis: &Hypothesis, from: &Point, starts: &[Start]) -> Vec<Start> {
     let before = actuated(base, &base.fit.hypothesis, &base.fit.point);
     let made_up = starts.iter().filter_map(|start| {
-        let after = actuated(base, hypothesis, &hypothesis.started(from, start, 0.0));
+        let after = actuated(base, &hypothesis, &hypothesis.started(&from, start, 0.0));
         let gain = -libm::log(slope(before.as_ref()?, after.as_ref()?));
         (gain > OTHER_GAIN && gain.is_finite()).then(|| Start { gain: start.gain + gain, ..start.clone() })
     });
     let made_up: Vec<Start> = made_up.collect();
-    starts.iter().cloned().chain(made_up).collect()
-}
-
-/// What points are worth by simulation.
-fn simulated(base: &Base<'_>, hypothesis: &Hypothesis, points: Vec<Point>) -> Vec<Begin> {
-    let scored = base.scores(hypothesis, &points).into_iter().zip(points);
+    let points: Vec<Point> =
+        starts.iter().chain(&made_up).map(|start| hypothesis.started(&from, start, 0.0)).collect();
+    let scored = base.scores(&hypothesis, &points).into_iter().zip(points);
     let begins = scored.filter_map(|(score, point)| {
         Some(Begin { score: score?, hypothesis: hypothesis.clone(), point, onset_s: 0.0 })
     });
-    begins.collect()
+    Some(begins.collect())
 }
 
-/// The best of the points, each at the end of a climb: both are judged by forecasts, and what the climbs end at by simulation.
+/// The best of the points, each at the end of a climb.
 pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<Vec<Begin>> {
-    let hypothesis = wider(base, kind, neutral(kind));
-    let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
-    let forecast = Forecast::new(base, (&hypothesis, &from), FORECAST)?;
-    let squares = |start: &Start, own: &[f64]| Some(-forecast.squares_under(own, start.gain)?);
-    let starts = with_made_up(base, &hypothesis, &from, starts);
-    let judged = starts.iter().filter_map(|start| Some((squares(start, &start.parameters)?, start)));
-    let mut judged: Vec<(f64, &Start)> = judged.collect();
-    judged.sort_by(|a, b| b.0.total_cmp(&a.0));
-    judged.truncate(CLIMBED);
-    let ended = judged.into_iter().zip(0..).map(|((worth, start), seed)| {
-        let steps = Steps { count: STEPS, reach: REACH, seed };
-        // A climb moves the kind's own numbers alone: the plant's stay as they are in its start.
-        let (own, _) = climb(kind, (start.parameters.clone(), worth), steps, |own| squares(start, own));
-        hypothesis.started(&from, &Start { parameters: own, ..start.clone() }, 0.0)
-    });
-    Some(simulated(base, &hypothesis, ended.collect()))
+    let mut begins = points(base, kind, starts)?;
+    begins.sort_by(|a, b| b.score.total_cmp(&a.score));
+    begins.truncate(CLIMBED);
+    let hypothesis = begins.first()?.hypothesis.clone();
+    let parameters = |begin: &Begin| Some(hypothesis.realise(&begin.point)?.model.physics.pop()?.parameters);
+    let from: Option<Vec<_>> = begins.iter().map(|begin| Some((parameters(begin)?, begin.score))).collect();
+    // A climb moves the kind's own numbers alone: the plant's stay as they are in its start.
+    let points = |moved: &[Vec<f64>]| -> Vec<Point> {
+        let moved = begins.iter().zip(moved);
+        moved.map(|(begin, own)| hypothesis.started(&begin.point, &Start::of(own.clone()), 0.0)).collect()
+    };
+    let steps = Steps { count: STEPS, reach: REACH, seed: 0 };
+    let ends = climb_together(kind, from?, steps, |moved| base.scores(&hypothesis, &points(moved)));
+    let own: Vec<Vec<f64>> = ends.iter().map(|(own, _)| own.clone()).collect();
+    let ended = points(&own).into_iter().zip(ends);
+    let ended =
+        ended.map(|(point, (_, score))| Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 });
+    Some(ended.collect())
 }
 
 /// The size that one small trial tells.

@@ -105,7 +105,7 @@ pub(super) struct Moves<T, const N: usize> {
 pub(super) struct Shows<T, const N: usize> {
     pub states: [T; N],
     load: T,
-    pub drive: T,
+    drive: T,
 }
 
 impl<T: Side, const N: usize> Shows<T, N> {
@@ -116,6 +116,12 @@ impl<T: Side, const N: usize> Shows<T, N> {
             load: T::of(|lane| -drive(lane) / phi_load.lane(lane)),
             drive: T::of(drive),
         }
+    }
+
+    /// Of states and the whole drive held until now, the load of the sample before in it.
+    #[inline(always)]
+    pub fn now(&self, x: &[T; N], held: T) -> T {
+        product(&self.states, x) + self.drive * held
     }
 
     #[inline(always)]

@@ -27,8 +27,8 @@ impl<T: Side, const N: usize> Run<'_, T, N> {
     ) {
         let of_y = product(&moves.y.states, &gains.states);
         for ((n, (_, drive)), slot) in samples.clone().zip(drives).zip(errors) {
-            let y = product(&moves.y.states, &self.x) + moves.y.drive * self.held;
-            let rate = product(&moves.late.states, &self.x) + moves.late.drive * self.held;
+            let y = moves.y.now(&self.x, self.held);
+            let rate = moves.late.now(&self.x, self.held);
             let inputs = self.at_sensor(n);
             let shown = if self.has_sensor_terms { self.lanes.shown(n, y, inputs) } else { y + inputs };
             let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
@@ -45,7 +45,7 @@ impl<T: Side, const N: usize> Run<'_, T, N> {
                 *slot = e;
             }
             self.held = *drive - self.load;
-            let start = product(&moves.y.states, &self.x) + moves.y.drive * self.held;
+            let start = moves.y.now(&self.x, self.held);
             let at_start = self.held + self.force(n, start);
             let middle = product(&moves.middle.states, &self.x) + moves.middle.drive * at_start;
             let at_middle = self.held + self.force(n, middle);

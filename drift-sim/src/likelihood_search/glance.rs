@@ -118,8 +118,8 @@ impl Glance {
             let promise = promise(&of_each);
             let each = bases.iter().zip(of_each);
             let begun = each.filter_map(|(base, starts)| {
-                let beside = Beside { base, data, round, is_behind: promise < followed };
-                beside.best_of(kind, starts)
+                let beside = Beside { base, data, is_behind: promise < followed };
+                beside.best_of(kind, starts, round)
             });
             let fit = begun.reduce(|a, b| if b.objective() < a.objective() { b } else { a })?;
             Some(Begun { kind, fit, promise })
@@ -162,7 +162,7 @@ impl Glance {
             (begun.kind, at_least_idle(&seen, begun.fit, data))
         });
         let short: Vec<(&'static Kind, Fit)> = short.collect();
-        let mut sketch = Sketch { short: second_round(short, &seen, data, round), seen, round };
+        let mut sketch = Sketch { short: second_round(short, &seen, data), seen, round };
         offered.into_iter().for_each(|(kind, fit)| sketch.offer(kind, fit));
         sketch
     }
@@ -184,14 +184,13 @@ fn followed(top: f64) -> f64 {
 struct Beside<'a> {
     base: &'a Base<'a>,
     data: &'a Data,
-    round: Round,
     /// Whether the kind is too far behind another one for its starts to be followed.
     is_behind: bool,
 }
 
 impl Beside<'_> {
     /// The best of what a kind's starts lead to.
-    fn best_of(&self, kind: &'static Kind, starts: Vec<Begin>) -> Option<Fit> {
+    fn best_of(&self, kind: &'static Kind, starts: Vec<Begin>, round: Round) -> Option<Fit> {
         let duration = self.data.recordings.first()?.duration_s();
         let most = match kind.search {
             _ if self.is_behind => 1,
@@ -200,7 +199,7 @@ impl Beside<'_> {
         };
         let mut best: Option<Fit> = None;
         let mut tried: Vec<f64> = Vec::new();
-        let least = self.round.promising();
+        let least = round.promising();
         for begin in starts.into_iter().filter(|begin| 0.5 * begin.score > least) {
             let is_near = |onset: &f64| (onset - begin.onset_s).abs() < APART * duration;
             if begins_at_once(kind) && tried.iter().any(is_near) {
@@ -272,12 +271,7 @@ fn better(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
 }
 
 /// Every kind again from the shared numbers of the best one; what begins at once, or grows from some time on, also from when the best of those begins.
-fn second_round(
-    mut short: Vec<(&'static Kind, Fit)>,
-    base: &Fit,
-    data: &Data,
-    round: Round,
-) -> Vec<(&'static Kind, Fit)> {
+fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -> Vec<(&'static Kind, Fit)> {
     let gain = |fit: &Fit| gain_over(base, fit);
     let Some((leader, best)) =
         short.iter().min_by(|a, b| a.1.objective().total_cmp(&b.1.objective())).cloned()
@@ -297,13 +291,16 @@ fn second_round(
     let (step, ramp) = (earliest(begins_at_once), earliest(grows));
     let least = followed(gain_over(&shared, &best));
     short.par_iter_mut().filter(|(kind, _)| *kind != leader).for_each(|(kind, fit)| {
-        let alike = if begins_at_once(kind) { step } else { ramp.filter(|_| grows(kind)) };
-        let alike =
-            alike.filter(|(of, _)| of != kind && matches!(kind.search, Starts::Onset(_) | Starts::Ramp(_)));
+        let alike = match kind.search {
+            Starts::Onset(_) => step,
+            Starts::Ramp(_) => ramp,
+            _ => None,
+        };
+        let alike = alike.filter(|(of, _)| of != kind);
         let again = begins(&from, kind).into_iter().take(1);
         for begin in again.chain(alike.and_then(|(_, onset_s)| at_onset(&from, kind, onset_s))) {
             let is_behind = 0.5 * begin.score < least;
-            let tried = Beside { base: &from, data, round, is_behind }.tried(&begin, kind);
+            let tried = Beside { base: &from, data, is_behind }.tried(&begin, kind);
             if let Some(tried) = tried.filter(|tried| tried.objective() < fit.objective()) {
                 *fit = tried;
             }

@@ -49,6 +49,6 @@ pub fn prior_row(fit: &Fit) -> f64 {
 }
 
 /// Whether the load that stays is a number of the plant.
-pub fn has_offset(hypothesis: &Hypothesis) -> bool {
+fn has_offset(hypothesis: &Hypothesis) -> bool {
     hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
 }

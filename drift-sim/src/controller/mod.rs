@@ -162,6 +162,7 @@ impl Law {
     }
 
     /// The integrator of pi and pid, in the unit of `u`; 0 for the others.
+    #[inline]
     pub fn integrator(&self) -> f64 {
         self.integrator
     }

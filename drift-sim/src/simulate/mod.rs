@@ -110,6 +110,9 @@ pub struct Simulation {
     is_plain: bool,
     /// The law, where the loop is of the kind that takes the shortest path ([`direct`]).
     direct: Option<Direct>,
+    /// The last sample that did not take it. By value it would be returned in memory, and so would those that did: a caller that reads y and u together would
+    /// wait for two stores.
+    left: Step,
     model: Loop,
 }
 
@@ -169,6 +172,7 @@ impl Simulation {
             next_change: 0,
             is_plain: false,
             direct: None,
+            left: Step { y: 0.0, u: 0.0, true_y: 0.0, drive: 0.0 },
             model: model.clone(),
         };
         simulation.is_plain = simulation.is_plain();
@@ -203,14 +207,19 @@ impl Simulation {
     /// zero). A recorded controller holds the u that it was started with.
     #[inline]
     pub fn step(&mut self, r: f64, inputs: &[f64]) -> Step {
-        if self.is_straight() {
-            return self.straight_step(r);
+        if let Some(step) = self.direct_step(r) {
+            return step;
         }
-        self.general_step(r, inputs)
+        self.longer_step(r, inputs);
+        self.left
     }
 
-    // Apart: the straight path would save registers that only this one needs.
+    // Apart: the shortest path would save registers that only this one needs.
     #[inline(never)]
+    fn longer_step(&mut self, r: f64, inputs: &[f64]) {
+        self.left = if self.is_straight() { self.straight_step(r) } else { self.general_step(r, inputs) };
+    }
+
     fn general_step(&mut self, r: f64, inputs: &[f64]) -> Step {
         self.change();
         let (true_y, y) = self.measure(inputs);

@@ -43,39 +43,30 @@ impl Simulation {
         };
         #[expect(clippy::float_cmp, reason = "only these very numbers change nothing")]
         let is_driven_by_u = self.drive_gain == 1.0 && self.rest() == 0.0 && self.line.is_short();
-        if !(self.is_plain && shows_its_first_state && is_driven_by_u) {
+        if !(self.is_straight() && shows_its_first_state && is_driven_by_u) {
             return None;
         }
         Direct::of(&self.law, self.sample_time_s)
     }
 
-    /// One sample by the shortest path.
+    /// One sample by the shortest path, where the loop is the paper's or like it; `None` at a sample that leaves the path.
     #[inline]
-    fn direct_step(&mut self, r: f64) -> Option<Step> {
+    pub(super) fn direct_step(&mut self, r: f64) -> Option<Step> {
         let direct = self.direct?;
-        match &mut self.body {
+        let step = match &mut self.body {
             Body::One(plant) => direct_step_of(&direct, plant, &mut self.law, r),
             Body::Two(plant) => direct_step_of(&direct, plant, &mut self.law, r),
             Body::Three(plant) => direct_step_of(&direct, plant, &mut self.law, r),
             Body::Four(plant) => direct_step_of(&direct, plant, &mut self.law, r),
             _ => None,
-        }
+        }?;
+        self.held_drive = step.drive;
+        self.tick += 1;
+        Some(step)
     }
 
     /// One sample in closed loop.
-    #[inline]
     pub(super) fn straight_step(&mut self, r: f64) -> Step {
-        if let Some(step) = self.direct_step(r) {
-            self.held_drive = step.drive;
-            self.tick += 1;
-            return step;
-        }
-        self.longer_straight_step(r)
-    }
-
-    /// The same of a loop that is not the paper's, or at a sample that its path leaves.
-    #[inline(never)]
-    fn longer_straight_step(&mut self, r: f64) -> Step {
         let y = self.body.output(self.held_drive);
         let u = self.law.step(r, y);
         let w = if self.line.is_short() { u } else { self.line.push(u).1 };

@@ -342,7 +342,7 @@ def tables():
         "step",
         ("drift step", [inner, "step", str(steps)]),
         ("the recursion by hand, C", [loop, "step", str(steps)]),
-        {},
+        {"the same in C, its state in memory": [loop, "called", str(steps)]},
         same_loop("drift step"),
     )
     yield Table(

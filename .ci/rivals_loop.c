@@ -1,4 +1,5 @@
-/* The physical limit of simulating the paper's loop: its recursion by hand, with its zeros and ones left out. Usage: loop step|simulate COUNT.
+/* The physical limit of simulating the paper's loop: its recursion by hand, with its zeros and ones left out. Usage: loop step|called|simulate COUNT;
+   called is what a step costs whose caller keeps the state in memory, as a program does that is called once a sample.
    Prints the sums of y and u over the last round of the reference, as examples/src/bin/inner_loops.rs does. */
 #include <complex.h>
 #include <stdint.h>
@@ -33,8 +34,13 @@ static inline double step(struct state *at, double reference, double *y) {
     return u;
 }
 
+/* Not compiled into its caller: the state is read and written at each step. */
+__attribute__((noinline)) static double called_step(struct state *at, double reference, double *y) {
+    return step(at, reference, y);
+}
+
 int main(int count, char **arguments) {
-    if (count != 3) return fprintf(stderr, "usage: loop step|simulate COUNT\n"), 2;
+    if (count != 3) return fprintf(stderr, "usage: loop step|called|simulate COUNT\n"), 2;
     long rounds = (atol(arguments[2]) + ROUND - 1) / ROUND;
     double y_sum = 0.0, u_sum = 0.0;
     prepare();
@@ -44,6 +50,15 @@ int main(int count, char **arguments) {
             y_sum = u_sum = 0.0;
             for (int i = 0; i < ROUND; i++) {
                 double y, u = step(&at, r[i], &y);
+                y_sum += y, u_sum += u;
+            }
+        }
+    } else if (!strcmp(arguments[1], "called")) {
+        struct state at = {0};
+        for (long k = 0; k < rounds; k++) {
+            y_sum = u_sum = 0.0;
+            for (int i = 0; i < ROUND; i++) {
+                double y, u = called_step(&at, r[i], &y);
                 y_sum += y, u_sum += u;
             }
         }

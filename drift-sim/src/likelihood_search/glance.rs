@@ -5,7 +5,8 @@ use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
-use crate::physics::{KINDS, Kind, Scales, Start, Starts};
+use crate::physics::{Family, KINDS, Kind, Scales, Start, Starts};
+use crate::plant::Plant;
 use crate::stage;
 
 use super::decide::cost_of;
@@ -113,12 +114,12 @@ impl Glance {
         let promise = |of_each: &[Vec<Begin>]| {
             of_each.iter().flatten().map(|begin| 0.5 * begin.score).fold(0.0, f64::max)
         };
-        let followed = followed(starts.iter().map(|(_, of_each)| promise(of_each)).fold(0.0, f64::max));
+        let lead = Lead::of(starts.iter().map(|(kind, of_each)| (*kind, promise(of_each))), &seen);
         let begun = starts.into_par_iter().filter_map(|(kind, of_each)| {
             let promise = promise(&of_each);
             let each = bases.iter().zip(of_each);
             let begun = each.filter_map(|(base, starts)| {
-                let beside = Beside { base, data, is_behind: promise < followed };
+                let beside = Beside { base, data, is_behind: lead.leaves_behind(kind, promise) };
                 beside.best_of(kind, starts, round)
             });
             let fit = begun.reduce(|a, b| if b.objective() < a.objective() { b } else { a })?;
@@ -150,13 +151,12 @@ impl Glance {
     /// Short fits from there.
     pub fn sketched(self, data: &Data) -> Sketch {
         let Self { seen, begun, offered, round } = self;
-        let top = begun.iter().map(|begun| gain_over(&seen, &begun.fit)).fold(0.0, f64::max);
         let most = |begun: &Begun| gain_over(&seen, &begun.fit).max(begun.promise);
         // Where one kind may be named, its rivals leave by evidence against them alone: a slide at rest says little of dry friction, say.
         let goes_on = round.goes_on(data, begun.iter().map(|begun| (&begun.fit, most(begun))));
-        let leading = followed(top);
+        let lead = Lead::of(begun.iter().map(|begun| (begun.kind, gain_over(&seen, &begun.fit))), &seen);
         let short = begun.into_par_iter().map(|mut begun| {
-            if goes_on && most(&begun) >= leading {
+            if goes_on && !lead.leaves_behind(begun.kind, most(&begun)) {
                 begun.fit.descend(data, SHORT, &stuck(&begun.fit.hypothesis));
             }
             (begun.kind, at_least_idle(&seen, begun.fit, data))
@@ -175,9 +175,27 @@ struct Begun {
     promise: f64,
 }
 
-/// What a kind must promise to be followed where the best one promises or gains so much.
-fn followed(top: f64) -> f64 {
-    if top > FAR_AHEAD { FOLLOWED * top } else { f64::NEG_INFINITY }
+/// The kind that promises or gains most of a round, and what others must to be followed beside it.
+struct Lead<'a> {
+    plant: &'a Plant,
+    family: Option<Family>,
+    followed: f64,
+}
+
+impl<'a> Lead<'a> {
+    /// Of kinds with what each promises or gains beside a base.
+    fn of(kinds: impl Iterator<Item = (&'static Kind, f64)>, base: &'a Fit) -> Self {
+        let plant = &base.hypothesis.model.plant;
+        let best = kinds.max_by(|a, b| a.1.total_cmp(&b.1));
+        let family = best.and_then(|(kind, _)| kind.family_on(plant));
+        let top = best.map_or(0.0, |(_, top)| top);
+        Self { plant, family, followed: if top > FAR_AHEAD { FOLLOWED * top } else { f64::NEG_INFINITY } }
+    }
+
+    /// Whether a kind is too far behind to be followed. One of the best one's family never is: it may do the same from numbers that its starts do not show.
+    fn leaves_behind(&self, kind: &Kind, promise: f64) -> bool {
+        promise < self.followed && (self.family.is_none() || kind.family_on(self.plant) != self.family)
+    }
 }
 
 /// What a kind is tried beside.
@@ -289,7 +307,7 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
         Some((*kind, onset_of(fit)?))
     };
     let (step, ramp) = (earliest(begins_at_once), earliest(grows));
-    let least = followed(gain_over(&shared, &best));
+    let lead = Lead::of(std::iter::once((leader, gain_over(&shared, &best))), &shared);
     short.par_iter_mut().filter(|(kind, _)| *kind != leader).for_each(|(kind, fit)| {
         let alike = match kind.search {
             Starts::Onset(_) => step,
@@ -297,11 +315,18 @@ fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -
             _ => None,
         };
         let alike = alike.filter(|(of, _)| of != kind);
-        let again = begins(&from, kind).into_iter().take(1);
-        for begin in again.chain(alike.and_then(|(_, onset_s)| at_onset(&from, kind, onset_s))) {
-            let is_behind = 0.5 * begin.score < least;
-            let tried = Beside { base: &from, data, is_behind }.tried(&begin, kind);
-            if let Some(tried) = tried.filter(|tried| tried.objective() < fit.objective()) {
+        let is_behind = |begin: &Begin| lead.leaves_behind(kind, 0.5 * begin.score);
+        let best_start = begins(&from, kind).into_iter().next();
+        let from_best = best_start
+            .and_then(|begin| Beside { base: &from, data, is_behind: is_behind(&begin) }.tried(&begin, kind));
+        // A slide won't do from where the best one begins: what takes its place moves the plant's numbers far.
+        let alike = alike.and_then(|(_, onset_s)| at_onset(&from, kind, onset_s));
+        let with_best = alike.and_then(|begin| match is_behind(&begin) {
+            true => from.slid(&begin, SLIDES, &stuck(&begin.hypothesis)),
+            false => descended(&begin, data, SHORT),
+        });
+        for tried in [from_best, with_best].into_iter().flatten() {
+            if tried.objective() < fit.objective() {
                 *fit = tried;
             }
         }

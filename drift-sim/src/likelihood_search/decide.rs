@@ -45,6 +45,8 @@ pub struct Decision {
     pub set: Vec<&'static Kind>,
     /// The place of what is named, with the others of its family in the set; none where kinds of more than one family are left.
     pub named: Option<(usize, Vec<&'static str>)>,
+    /// How many kinds the unseen samples have chosen from; 0 where they had no say.
+    pub chosen_among: usize,
 }
 
 /// All kinds of a field, the best first.
@@ -123,7 +125,7 @@ pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
         let tied = near.iter().filter(|s| s.kind != named.kind).map(|s| s.kind.name).collect();
         (named.place, tied)
     });
-    Decision { scored, set, named }
+    Decision { scored, set, named, chosen_among: 0 }
 }
 
 /// What the numbers of a fit's candidate cost.

@@ -8,6 +8,7 @@
 //! is reckoned with, nothing is concluded here, and [`crate::diagnose`] goes on without it.
 
 mod actuators;
+mod all_samples;
 mod apart;
 mod climb;
 pub(crate) mod conclude;

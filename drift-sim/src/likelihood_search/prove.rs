@@ -38,7 +38,15 @@ const LEAST_RATIO: f64 = 100.0;
 impl Gained {
     /// Whether chance is ruled out: by the scatter of the samples' gains, or, where few samples tell all (a step), by the likelihood ratio itself.
     pub fn is_sure(self) -> bool {
-        self.sum > NORMAL_95 * self.error || self.independent > libm::log(LEAST_RATIO)
+        self.is_sure_among(1)
+    }
+
+    /// The same of the best of several kinds between which these samples have chosen: one of k gains by chance k times as likely, at most. (The tail of a normal
+    /// distribution falls by k where the square grows by twice the logarithm of k, or sooner.)
+    pub fn is_sure_among(self, kinds: usize) -> bool {
+        let log = libm::log(kinds.max(1) as f64);
+        let errors = libm::sqrt(NORMAL_95 * NORMAL_95 + 2.0 * log);
+        self.sum > errors * self.error || self.independent > libm::log(LEAST_RATIO) + log
     }
 }
 

@@ -213,14 +213,19 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
     }
 }
 
-/// Moves the onset of a last candidate by few samples, the other numbers with it, until that helps no more.
-fn settle_onset(fit: &mut Fit, data: &Data) {
-    let last = fit.hypothesis.candidates().len() - 1;
+/// Moves the onset of each candidate that begins at once by few samples, the other numbers with it, until that helps no more: what was found first had begun
+/// where it explains most of what begins beside it, too.
+fn settle_onsets(fit: &mut Fit, data: &Data) {
     let width = SETTLED * fit.hypothesis.model.sample_time_s;
+    let candidates = fit.hypothesis.candidates().iter().enumerate();
+    let beginning: Vec<usize> =
+        candidates.filter(|(_, term)| begins_at_once(term.kind)).map(|(index, _)| index).collect();
     for _ in 0..AGAIN {
         let before = fit.point.onsets.clone();
-        let Some(tangent) = fit.tangent(data, &[]) else { return };
-        fit.search_onset(data, last, width, Some(&tangent));
+        for index in &beginning {
+            let Some(tangent) = fit.tangent(data, &[]) else { return };
+            fit.search_onset(data, *index, width, Some(&tangent));
+        }
         if fit.point.onsets == before {
             return;
         }
@@ -312,13 +317,13 @@ impl Field {
     }
 
     /// The likeliest, each to where no step gains any more: what decides between them is their distance.
-    fn polish(&mut self, data: &Data) {
+    pub fn polish(&mut self, data: &Data) {
         self.near_the_best().into_par_iter().for_each(|rival| {
             let fixed = stuck(&rival.fit.hypothesis);
             rival.fit.descend(data, POLISH, &fixed);
             nominal::under_other_noise(&mut rival.fit, data);
             if begins_at_once(rival.kind) {
-                settle_onset(&mut rival.fit, data);
+                settle_onsets(&mut rival.fit, data);
             }
         });
         nominal::under_other_noise(&mut self.base, data);

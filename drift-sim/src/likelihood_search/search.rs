@@ -6,6 +6,7 @@ use crate::estimate::hypothesis::{Hypothesis, Point, Target};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
+use super::all_samples;
 use super::decide::{Decision, Scored, cost_of, decide, independent_share};
 use super::glance::Round;
 use super::guarantee::decide_surely;
@@ -44,6 +45,8 @@ pub struct Choice {
     pub gain: f64,
     /// The same on what nothing has seen.
     pub unseen: Option<Gained>,
+    /// How many kinds the unseen samples have chosen it from; 0 where they had no say.
+    pub among: usize,
 }
 
 /// A kind's fit beside the nominal loop.
@@ -132,7 +135,12 @@ impl Search<'_> {
                     let gained = (!self.is_plant_open).then(|| gained(&rival.fit, &field.base, self.data));
                     Some(gained??.independent)
                 };
-                decide(field, self.options, least, self.data.is_colored(), unseen)
+                let decision = decide(field, self.options, least, self.data.is_colored(), unseen);
+                if decision.named.is_none() && decision.set.len() > 1 {
+                    all_samples::decided_again(decision, field, self.data, self.options)
+                } else {
+                    decision
+                }
             }
         }
     }
@@ -209,7 +217,8 @@ impl Search<'_> {
         let named = decision.named.as_ref().and_then(|(place, tied)| Some((field.rivals.get(*place)?, tied)));
         match named.filter(|(rival, _)| !is_at_an_end(&rival.fit)) {
             Some((rival, tied)) => {
-                found.named.push(Choice { tied: tied.clone(), gain: score(rival.kind), unseen: None });
+                let (gain, among) = (score(rival.kind), decision.chosen_among);
+                found.named.push(Choice { tied: tied.clone(), gain, unseen: None, among });
                 found.best = Some(rival.fit.clone());
             }
             None => {
@@ -232,9 +241,10 @@ impl Search<'_> {
                 };
                 let Some(without) = without else { continue };
                 let unseen = gained(&best, &without, self.data);
-                let mut pays = true;
+                let (mut pays, mut among) = (true, 0);
                 if let Some(choice) = found.named.get_mut(index) {
                     choice.unseen = unseen;
+                    among = choice.among;
                     if best.hypothesis.candidates().len() > 1 {
                         choice.gain =
                             0.5 * independent_share(&best) * (without.objective() - best.objective())
@@ -244,7 +254,7 @@ impl Search<'_> {
                 }
                 // Where the rest can't be simulated, nothing is proven.
                 let errors = unseen.map_or(f64::NEG_INFINITY, Gained::errors);
-                if !(pays && unseen.is_some_and(Gained::is_sure))
+                if !(pays && unseen.is_some_and(|unseen| unseen.is_sure_among(among)))
                     && weakest.as_ref().is_none_or(|(_, least, _)| errors < *least)
                 {
                     weakest = Some((index, errors, without));
@@ -286,7 +296,7 @@ impl Search<'_> {
         // The order of the candidates is that of the fit: the second comes first now.
         found.named.swap(0, 1);
         if let Some(last) = found.named.last_mut() {
-            *last = Choice { tied, gain, unseen: choice.unseen };
+            *last = Choice { tied, gain, unseen: choice.unseen, among: decision.chosen_among };
         }
     }
 

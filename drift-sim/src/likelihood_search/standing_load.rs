@@ -38,7 +38,7 @@ pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     let unseen = gained(best, &without, data).filter(|unseen| unseen.is_sure())?;
     let is_alike = hypothesis.model.plant.keeps_its_level();
     let tied = Kind::named(ALIKE).ok().filter(|_| is_alike).map(|kind| kind.name);
-    Some(Choice { tied: tied.into_iter().collect(), gain, unseen: Some(unseen) })
+    Some(Choice { tied: tied.into_iter().collect(), gain, unseen: Some(unseen), among: 0 })
 }
 
 /// What the prior of the load that stays adds to a fit's objective.

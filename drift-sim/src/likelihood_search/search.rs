@@ -152,7 +152,7 @@ impl Search<'_> {
             return Found { is_noise: false, ..self.nominal_only(first.base) };
         }
         let decision = self.decide(&first, f64::NEG_INFINITY);
-        let rivals = decision.scored.iter().map(|s| (s.kind.name, s.gain)).collect();
+        let rivals = as_listed(&decision.scored);
         let contenders = contenders(&first, &decision);
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
         self.take(&mut found, &first, decision);
@@ -328,6 +328,15 @@ fn strongest(found: &Found) -> f64 {
     let named = best.hypothesis.candidates().iter().zip(&found.named);
     let foretells = named.filter(|(term, _)| !matches!(term.kind.search, Starts::NoiseChange));
     foretells.map(|(_, choice)| choice.gain).fold(0.0, f64::max)
+}
+
+/// All kinds with what they gain, the best first. Those that are as far as a thousandth of a nat go by their names: what is less is rounding, and another on another
+/// processor.
+fn as_listed(scored: &[Scored]) -> Vec<(&'static str, f64)> {
+    let mut listed: Vec<&Scored> = scored.iter().collect();
+    let thousandths = |s: &Scored| libm::round(1000.0 * s.score);
+    listed.sort_by(|a, b| thousandths(b).total_cmp(&thousandths(a)).then(a.kind.name.cmp(b.kind.name)));
+    listed.into_iter().map(|s| (s.kind.name, s.gain)).collect()
 }
 
 /// The fits that a decision left, and the next ones.

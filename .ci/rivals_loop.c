@@ -39,29 +39,27 @@ __attribute__((noinline)) static double called_step(struct state *at, double ref
     return step(at, reference, y);
 }
 
+/* Rounds of the reference, step by step; compiled into its caller with the step that it takes. */
+__attribute__((always_inline)) static inline void step_by_step(long rounds, double (*take)(struct state *, double, double *), double *y_sum, double *u_sum) {
+    struct state at = {0};
+    for (long k = 0; k < rounds; k++) {
+        *y_sum = *u_sum = 0.0;
+        for (int i = 0; i < ROUND; i++) {
+            double y, u = take(&at, r[i], &y);
+            *y_sum += y, *u_sum += u;
+        }
+    }
+}
+
 int main(int count, char **arguments) {
     if (count != 3) return fprintf(stderr, "usage: loop step|called|simulate COUNT\n"), 2;
     long rounds = (atol(arguments[2]) + ROUND - 1) / ROUND;
     double y_sum = 0.0, u_sum = 0.0;
     prepare();
     if (!strcmp(arguments[1], "step")) {
-        struct state at = {0};
-        for (long k = 0; k < rounds; k++) {
-            y_sum = u_sum = 0.0;
-            for (int i = 0; i < ROUND; i++) {
-                double y, u = step(&at, r[i], &y);
-                y_sum += y, u_sum += u;
-            }
-        }
+        step_by_step(rounds, step, &y_sum, &u_sum);
     } else if (!strcmp(arguments[1], "called")) {
-        struct state at = {0};
-        for (long k = 0; k < rounds; k++) {
-            y_sum = u_sum = 0.0;
-            for (int i = 0; i < ROUND; i++) {
-                double y, u = called_step(&at, r[i], &y);
-                y_sum += y, u_sum += u;
-            }
-        }
+        step_by_step(rounds, called_step, &y_sum, &u_sum);
     } else {
         for (long k = 0; k < rounds; k += PART_ROUNDS) {
             size_t length = (size_t)ROUND * PART_ROUNDS;

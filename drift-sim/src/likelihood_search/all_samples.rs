@@ -5,11 +5,11 @@ use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
+use crate::physics::Kind;
 
 use super::decide::{Decision, decide, left_of};
 use super::options::Options;
 use super::rivals::{Field, Rival, stuck};
-use crate::physics::Kind;
 
 /// Steps of a fit to all samples.
 const STEPS: usize = 12;

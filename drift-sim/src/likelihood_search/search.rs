@@ -196,9 +196,12 @@ impl Search<'_> {
 
     /// A field beside a plant to which the late responses belong that lead one after the other.
     pub fn with_own_lags(&self, mut field: Field) -> Field {
+        if !self.is_plant_open {
+            return field;
+        }
         for _ in 0..OWN_LAGS {
             let decision = self.decide(&field, f64::NEG_INFINITY);
-            let lag = names_a_lag(&decision, &field).filter(|_| self.is_plant_open);
+            let lag = names_a_lag(&decision, &field);
             let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
             let round = Round::First(self.options.least_gain);
             let Some(next) = rivals::field(&base, self.data, round) else { break };

@@ -48,6 +48,8 @@ struct Run<'a, T> {
     phi_load: T,
     rho: T,
     state: State<T>,
+    /// The force that lacked over the last sample for the mass to be moved.
+    lacks: T,
     rest: Rest<T>,
     gone: Gone<T>,
 }
@@ -103,6 +105,7 @@ impl<'a, T: Side> Run<'a, T> {
             phi_load: lanes.each(|lane| lane.filter.noise.load_phi(signals.sample_time_s)),
             rho: lanes.each(|lane| lane.filter.noise.sensor_rho),
             state: State { x: state(0), v: state(1), acceleration: zero, load: zero, sensor: zero },
+            lacks: zero,
             rest: Rest::new(lanes.each(|lane| 1.0 / lane.filter.unit)),
             gone,
             lanes,
@@ -166,7 +169,7 @@ impl<'a, T: Side> Run<'a, T> {
             if let Some(y) = measured {
                 let e = T::all(y) - shown;
                 let rested = state.v.is_same(T::all(0.0));
-                let own = law.and_then(|law| self.rest.gains(law, n, (rested, gains), e));
+                let own = law.and_then(|law| self.rest.gains(law, n, (rested, self.lacks), gains, e));
                 let gains = own.as_ref().unwrap_or(gains);
                 self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
                 state.x = state.x + gains.states[0] * e;
@@ -177,7 +180,8 @@ impl<'a, T: Side> Run<'a, T> {
                 state.load = state.load + gains.load * e;
                 state.sensor = state.sensor + gains.sensor * e;
             }
-            let (x, v) = self.moved(moves, n, &state);
+            let ((x, v), lacks) = self.moved(moves, n, &state);
+            self.lacks = lacks;
             state.acceleration = (v - state.v) * moves.per_h;
             (state.x, state.v) = (x, v);
             state.load = self.phi_load * state.load;
@@ -198,9 +202,9 @@ impl<'a, T: Side> Run<'a, T> {
         if self.has_sensor_terms { self.lanes.shown(n, y, inputs) } else { y + inputs }
     }
 
-    /// Position and speed a sample later.
+    /// Position and speed a sample later, and the force that lacks for a mass at rest to be moved.
     #[inline(always)]
-    fn moved(&self, moves: &Moves<T>, n: usize, state: &State<T>) -> (T, T) {
+    fn moved(&self, moves: &Moves<T>, n: usize, state: &State<T>) -> ((T, T), T) {
         let first = self.acts.first();
         let acts = |of: fn(&Acts) -> &Vec<f64>| {
             T::of(|lane| {
@@ -247,7 +251,7 @@ impl<'a, T: Side> Run<'a, T> {
             next_x = T::choose(turns, T::of(|lane| alone[lane][0]), next_x);
             next_v = T::choose(turns, T::of(|lane| alone[lane][1]), next_v);
         }
-        (next_x, next_v)
+        ((next_x, next_v), held - q.abs())
     }
 
     /// Position and speed at the middle of the sample under the forces at its beginning; the speed does not change its sign on the way.

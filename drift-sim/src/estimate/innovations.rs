@@ -121,7 +121,7 @@ impl Observer for Run<'_> {
     }
 
     #[inline]
-    fn error(&mut self, n: usize, shown: f64, rate: f64, rests: bool) -> Option<(f64, &[f64])> {
+    fn error(&mut self, n: usize, shown: f64, rate: f64, lacks: Option<f64>) -> Option<(f64, &[f64])> {
         if let Some((next, later)) = self.later.split_first()
             && n >= next.from
         {
@@ -145,7 +145,7 @@ impl Observer for Run<'_> {
             let at = |i: usize| i.checked_sub(first).and_then(|i| states.get(i)).copied().unwrap_or(0.0);
             let states = std::array::from_fn(at);
             let moving = Gains { states, load, sensor, per_deviation, log_variance };
-            self.rest.gains(law, n, (rests, &moving), e)
+            self.rest.gains(law, n, (lacks.is_some(), lacks.unwrap_or(0.0)), &moving, e)
         });
         let (observed, load, sensor, per_deviation, log_variance) = match own {
             Some(own) => {

@@ -31,6 +31,8 @@ pub trait Side:
     fn sqrt(self) -> Self;
     /// The natural logarithms.
     fn ln(self) -> Self;
+    /// The exponentials.
+    fn exp(self) -> Self;
     /// In which lanes this is less than the other.
     fn is_less(self, other: Self) -> Self::Mask;
     /// In which lanes both are the same.
@@ -74,6 +76,11 @@ impl Side for f64 {
     #[inline(always)]
     fn ln(self) -> Self {
         libm::log(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        libm::exp(self)
     }
 
     #[inline(always)]
@@ -129,6 +136,11 @@ impl Side for f64x4 {
     #[inline(always)]
     fn ln(self) -> Self {
         f64x4::ln(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64x4::exp(self)
     }
 
     #[inline(always)]

@@ -11,12 +11,14 @@ pub(super) static KIND: Kind = Kind {
     name: "coulomb_friction",
     place: Place::Plant,
     begins: Begins::Start,
-    parameters: &[Parameter::new("level", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals()],
+    parameters: &[Parameter::new("level", "{drive}", Range::NotNegative, |s, _| s.drive)
+        .of_signals()
+        .rough()],
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(CoulombFriction { level: p[0] }),
     starts: |s| singles(Signature::or_fractions(s.jump, s.drive_scale)),
-    search: Starts::Grid(|s| grid([0.1, 0.3, 0.6, 1.0], |part| vec![part * s.drive])),
+    search: Starts::Grid(|s| grid([0.01, 0.03, 0.1, 0.3, 0.6, 1.0], |part| vec![part * s.drive])),
     family: Some(Family::Friction),
     excitation: "Motion in both directions, or stops.",
     ties: &["stribeck_friction", "directional_friction", "load_dependent_friction"],

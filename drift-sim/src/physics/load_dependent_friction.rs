@@ -23,7 +23,7 @@ pub(super) static KIND: Kind = Kind {
             vec![0.1, 0.3]
         })
     },
-    search: Starts::Grid(|_| grid([0.1, 0.3, 0.6], |part| vec![part])),
+    search: Starts::Grid(|_| grid([0.01, 0.03, 0.1, 0.3, 0.6], |part| vec![part])),
     family: Some(Family::Friction),
     excitation: "Motion under different loads.",
     ties: &["coulomb_friction", "gain_loss"],

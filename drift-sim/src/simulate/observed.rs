@@ -15,9 +15,9 @@ pub trait Observer {
     /// The measured inputs at sample `n`, in the order of the loop's list.
     fn inputs(&mut self, n: usize) -> &[f64];
 
-    /// Told y as the sensor is about to show it at sample `n`, dy/dt there, and whether dry friction holds the plant: how far it is off, and by how much
-    /// each state, from the first that is observed on, moves with that; `None` where nothing was measured.
-    fn error(&mut self, n: usize, shown: f64, rate: f64, rests: bool) -> Option<(f64, &[f64])>;
+    /// Told y as the sensor is about to show it at sample `n`, dy/dt there, and the force that `lacks` for a plant that dry friction holds to be moved: how far y is
+    /// off, and by how much each state, from the first that is observed on, moves with that; `None` where nothing was measured.
+    fn error(&mut self, n: usize, shown: f64, rate: f64, lacks: Option<f64>) -> Option<(f64, &[f64])>;
 
     /// u, and a load (subtracted from the drive) beside those of the terms, both held until the next sample.
     fn held(&mut self, n: usize) -> (f64, f64);
@@ -28,7 +28,8 @@ trait Stepped {
     fn states(&mut self) -> &mut [f64];
     fn output_at(&self, held: f64) -> f64;
     fn rate_at(&self, held: f64) -> f64;
-    fn rests(&self) -> bool;
+    /// The force that lacks for a plant at rest to be moved.
+    fn lacks(&self) -> Option<f64>;
     fn moved(&mut self, sample: &Sample, terms: &mut Terms, times: (f64, usize)) -> f64;
 }
 
@@ -49,8 +50,8 @@ impl<const N: usize> Stepped for Exact<N> {
     }
 
     #[inline]
-    fn rests(&self) -> bool {
-        false
+    fn lacks(&self) -> Option<f64> {
+        None
     }
 
     #[inline]
@@ -76,8 +77,11 @@ impl Stepped for Body {
     }
 
     #[inline]
-    fn rests(&self) -> bool {
-        matches!(self, Self::Servo(servo) if servo.rests())
+    fn lacks(&self) -> Option<f64> {
+        match self {
+            Self::Servo(servo) => servo.lacks(),
+            _ => None,
+        }
     }
 
     #[inline]
@@ -148,8 +152,8 @@ impl Around<'_> {
                 entering(self.inputs, Enters::Load, inputs),
             );
             let shown = self.terms.sensor(self.tick, t, y);
-            let rests = plant.rests();
-            if let Some((error, gains)) = observer.error(n, shown, rate, rests) {
+            let lacks = plant.lacks();
+            if let Some((error, gains)) = observer.error(n, shown, rate, lacks) {
                 self.correct(plant, error, gains);
             }
             let (u, own_load) = observer.held(n);

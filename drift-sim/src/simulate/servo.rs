@@ -16,6 +16,8 @@ pub(super) struct ServoBody {
     pub(super) whole: Decay,
     /// dv/dt over the last sub-step.
     acceleration: f64,
+    /// Dry friction less the force against it over the last sub-step.
+    spare: f64,
     /// Position and speed.
     pub x: [f64; 2],
 }
@@ -56,9 +58,9 @@ impl Decay {
 }
 
 impl ServoBody {
-    /// Whether it is at rest: exactly at rest, as it is left where friction stops it.
-    pub fn rests(&self) -> bool {
-        self.x[1] == 0.0
+    /// The force that lacks for it to be moved, where it is at rest: exactly at rest, as it is left where friction stops it.
+    pub fn lacks(&self) -> Option<f64> {
+        (self.x[1] == 0.0).then_some(self.spare)
     }
 
     pub fn new(numbers: &Numbers, output: Output, substep_s: f64) -> Self {
@@ -70,6 +72,7 @@ impl ServoBody {
             h: substep_s,
             whole: Decay::new(viscous * substep_s / inertia),
             acceleration: 0.0,
+            spare: 0.0,
             x: [0.0; 2],
         }
     }
@@ -122,8 +125,11 @@ impl ServoBody {
         for _ in 0..3 {
             let v = self.x[1];
             let direction = if v != 0.0 { v.signum() } else { q.signum() };
-            if v == 0.0 && q.abs() <= (acting.friction)(direction, 0.0, transmitted) {
-                return;
+            if v == 0.0 {
+                self.spare = (acting.friction)(direction, 0.0, transmitted) - q.abs();
+                if self.spare >= 0.0 {
+                    return;
+                }
             }
             let net = q - direction * (acting.friction)(direction, speed, transmitted);
             let decay = if remaining == self.h { self.whole } else { self.decay(remaining) };

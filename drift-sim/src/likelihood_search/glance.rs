@@ -4,6 +4,7 @@
 use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
 use crate::physics::{Family, KINDS, Kind, Scales, Start, Starts};
 use crate::plant::Plant;
@@ -35,6 +36,9 @@ const FOLLOWED: f64 = 0.03;
 const FAR_AHEAD: f64 = 300.0;
 /// By how much a start may understate what its kind gains: the most that was seen on generated loops is 3.8 times (a limit that u seldom reaches).
 const UNDERSTATED: f64 = 4.0;
+
+/// Deviations from what was taken as likely at which a plant's number has left it.
+const LEFT: f64 = 3.0;
 
 /// Log-likelihood that a fit gains over a base.
 pub fn gain_over(base: &Fit, fit: &Fit) -> f64 {
@@ -98,7 +102,8 @@ impl Glance {
             .collect();
         let mut seen = base.clone();
         seen.descend(data, SHORT, &[]);
-        let quiet = if matches!(round, Round::First(_)) { nominal::quiet(&seen, data) } else { None };
+        let is_quiet_tried = matches!(round, Round::First(_)) || has_left_what_is_stated(&seen);
+        let quiet = if is_quiet_tried { nominal::quiet(&seen, data) } else { None };
         let bases: Vec<Base<'_>> = [Some(&seen), quiet.as_ref()]
             .into_iter()
             .flatten()
@@ -251,6 +256,13 @@ impl Beside<'_> {
         }
         better(slid, descended(begin, self.data, SHORT))
     }
+}
+
+/// Whether a plant's number is far from where it was taken as likely: it may have taken up what is missing.
+fn has_left_what_is_stated(fit: &Fit) -> bool {
+    fit.hypothesis.free.iter().zip(&fit.point.x).any(|(free, x)| {
+        matches!(free.target, Target::Plant(_)) && free.prior.is_some_and(|prior| x.abs() > LEFT * prior)
+    })
 }
 
 /// A kind's fit, or the kind doing nothing where that is likelier.

@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn the_liveliest_stretch_is_where_u_moves() {
-        let u: Vec<f64> = (0..1000).map(|k| if k < 600 { 1.0 } else { libm::sin(f64::from(k)) }).collect();
+        let u: Vec<f64> = (0..1000).map(|k| if k < 600 { 0.0 } else { libm::sin(f64::from(k)) }).collect();
         let signals = Signals { sample_time_s: 1.0, r: u.clone(), y: u.clone(), u, ..Signals::default() };
         assert_eq!(liveliest(&signals, 400).origin_s, 600.0);
         assert_eq!(liveliest(&signals, 2000).len(), 1000);

@@ -239,7 +239,6 @@ impl<'a, T: Side> Run<'a, T> {
         let way = x + v * moves.way + net * moves.way_of_force;
         let mut next_x = T::choose(rests, T::choose(leaves, way, x), way);
         let mut next_v = T::choose(rests, T::choose(leaves, after, v), after);
-        let mut lacks = held - q.abs();
         if T::holds_anywhere(turns) {
             let lanes = self.lanes.0.iter().enumerate();
             let mut alone = [[0.0; 2]; LANES];
@@ -249,12 +248,10 @@ impl<'a, T: Side> Run<'a, T> {
                     *slot = lane.simulation.servo_after(n, [x.lane(i), v.lane(i)], acting);
                 }
             }
-            let towards = self.direction(zero, q, T::all(0.0).is_same(zero));
-            lacks = T::choose(turns, self.friction(moves, n, (towards, zero, transmitted)) - q.abs(), lacks);
             next_x = T::choose(turns, T::of(|lane| alone[lane][0]), next_x);
             next_v = T::choose(turns, T::of(|lane| alone[lane][1]), next_v);
         }
-        ((next_x, next_v), lacks)
+        ((next_x, next_v), held - q.abs())
     }
 
     /// Position and speed at the middle of the sample under the forces at its beginning; the speed does not change its sign on the way.

@@ -10,9 +10,6 @@ pub struct Options {
     pub priors: Priors,
     /// Log-likelihood, after the cost of its numbers, from which something is missing.
     pub least_gain: f64,
-    /// The same where the plant was identified from what something may be missing from, and no healthy recording shows it: what its structure lacks gains some nats on any
-    /// loop. Of 25 such loops of an independent simulator what is missing gains 54 at least, what is not 6.
-    pub least_gain_of_unknown: f64,
     /// Part of the strongest term's gain that a further one must have: no model of the first is exact.
     pub least_share: f64,
     /// Part of the best kind's gain by which another of its family may be behind it: no model of either is exact.
@@ -36,7 +33,6 @@ impl Default for Options {
         Self {
             priors: Priors::default(),
             least_gain: 4.0,
-            least_gain_of_unknown: 12.0,
             least_share: 0.005,
             inexact_share: 0.02,
             margin: 5.0,

@@ -151,8 +151,7 @@ impl Search<'_> {
         if independent_share(likeliest) < HOPELESS {
             return Found { is_noise: false, ..self.nominal_only(first.base) };
         }
-        let least = if self.is_plant_open { self.options.least_gain_of_unknown } else { f64::NEG_INFINITY };
-        let decision = self.decide(&first, least);
+        let decision = self.decide(&first, f64::NEG_INFINITY);
         let rivals = as_listed(&decision.scored);
         let contenders = contenders(&first, &decision);
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };

@@ -16,7 +16,7 @@ pub(super) struct ServoBody {
     pub(super) whole: Decay,
     /// dv/dt over the last sub-step.
     acceleration: f64,
-    /// Dry friction less the force against it over the last sub-step.
+    /// Dry friction less the force against it over the last sub-step, in the direction of the motion where that ended.
     spare: f64,
     /// Position and speed.
     pub x: [f64; 2],
@@ -126,8 +126,11 @@ impl ServoBody {
             let v = self.x[1];
             let direction = if v != 0.0 { v.signum() } else { q.signum() };
             if v == 0.0 {
-                self.spare = (acting.friction)(direction, 0.0, transmitted) - q.abs();
-                if self.spare >= 0.0 {
+                let spare = (acting.friction)(direction, 0.0, transmitted) - q.abs();
+                if remaining == self.h {
+                    self.spare = spare;
+                }
+                if spare >= 0.0 {
                     return;
                 }
             }
@@ -142,6 +145,7 @@ impl ServoBody {
             let stop = self.time_to_stop(v, net).min(remaining);
             self.travel(net, stop, self.decay(stop));
             self.x[1] = 0.0;
+            self.spare = (acting.friction)(direction, 0.0, transmitted) - q.abs();
             speed = 0.0;
             remaining -= stop;
         }

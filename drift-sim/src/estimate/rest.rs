@@ -76,6 +76,8 @@ impl<T: Side> Law<T> {
         let [load_stays, sensor_stays] = self.stays;
         let (one, load) = (T::all(1.0), p.at(LOAD, LOAD));
         let or_one = |resting: T| T::choose(rested, resting, one);
+        // Nothing is asked of the load's tails where no mass has rested.
+        let lacks = T::choose(rested, lacks, T::all(f64::INFINITY));
         // A speed stays that friction does not end within the sample, and of one that the load made what the load goes on with.
         let fast = beyond(self.g[SPEED] * lacks, p.at(SPEED, SPEED), PROBABILITY);
         let goes_on = T::choose(is_near(lacks, load), T::all(GOES_ON), T::all(0.0));

@@ -60,9 +60,10 @@ pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<T
 /// The stretch of so many samples in which u moves most, of those that begin a quarter of one apart: of a slow loop the first ones may show u on one side of a gap alone.
 fn liveliest(signals: &Signals, most: usize) -> Signals {
     let latest = signals.len().saturating_sub(most);
-    let parts = (0..=latest).step_by((most / 4).max(1)).map(|from| signals.part(from, from + most));
-    let moves = |part: &Signals| deviation(&part.u);
-    parts.reduce(|a, b| if moves(&b) > moves(&a) { b } else { a }).unwrap_or_else(|| signals.clone())
+    let moves = |from: usize| deviation(signals.u.get(from..signals.len().min(from + most)).unwrap_or(&[]));
+    let stretches = (0..=latest).step_by((most / 4).max(1)).map(|from| (from, moves(from)));
+    let (from, _) = stretches.reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default();
+    signals.part(from, from + most)
 }
 
 /// The points of a kind that are tried; many more than by simulation where its likelihood is a narrow peak.

@@ -1,5 +1,5 @@
 """The truth in the unit of the answer. Where nothing tells an actuator's gain, a diagnosis gives forces in the unit of u ("0.85 V of dry
-friction"): r, y and u hold no newton. The truth is compared in that unit."""
+friction"): r, y and u hold no newton. The truth is compared in that unit. What acts on u itself (a dead zone, backlash) is in its unit anyway."""
 import os
 import tomllib
 
@@ -20,8 +20,8 @@ def unknown_drive(folder):
     return (unit, gain) if is_open and unit and gain else None
 
 
-def truth_as_answered(true, parameter, drive):
-    """A true number in the unit in which this parameter of a diagnosis stands."""
-    if drive and parameter.get("unit", "").split("/")[0].split(" ")[0] == drive[0]:
+def truth_as_answered(true, parameter, drive, place):
+    """A true number of a kind that acts at this place, in the unit in which this parameter of a diagnosis stands."""
+    if place != "actuator" and drive and parameter.get("unit", "").split("/")[0].split(" ")[0] == drive[0]:
         return true / drive[1]
     return true

@@ -95,7 +95,7 @@ def numbers(named, label, drive=None):
         if name not in got or not true:
             errors.append(float("inf"))
             continue
-        true = truth_as_answered(true, got[name], drive)
+        true = truth_as_answered(true, got[name], drive, label["place"])
         value, interval = got[name]["value"], got[name].get("ci95")
         if label["kind"] in EITHER_SIGN and value * true < 0:
             value, interval = -value, interval and [-interval[1], -interval[0]]

@@ -42,6 +42,10 @@ class Judge(unittest.TestCase):
         self.assertEqual(score.judge(found(answer), truth)["ci_covers"], [False])
         answer["parameters"][0]["unit"] = "N"
         self.assertEqual(score.judge(found(answer), truth, ("V", 30.0))["ci_covers"], [False])
+        play = named("backlash", width=(2.7, [2.6, 2.8]))
+        play["parameters"][0]["unit"] = "V"
+        truth = dict(label("backlash", width=2.68), place="actuator")
+        self.assertEqual(score.judge(found(play), truth, ("V", 30.0))["ci_covers"], [True])
 
     def test_what_the_noise_truly_is_counts_neither_way(self):
         jumps = label("cogging", there=["load_step", "injected_signal"], amplitude=1.0)

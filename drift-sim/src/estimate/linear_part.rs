@@ -70,7 +70,7 @@ fn at_work(model: &Loop, t: f64) -> Vec<Box<dyn Effect>> {
 }
 
 /// A term at work in a loop.
-pub(super) fn effect(model: &Loop, term: &Term) -> Box<dyn Effect> {
+pub(crate) fn effect(model: &Loop, term: &Term) -> Box<dyn Effect> {
     let context = Context {
         sample_time_s: model.sample_time_s,
         substep_s: model.sample_time_s,

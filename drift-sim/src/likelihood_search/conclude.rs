@@ -12,14 +12,13 @@ use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
 use crate::physics::Term;
-use crate::plant::Role;
 
 use super::excitation::{self, Shows};
 use super::law::Law;
 use super::options::Options;
 use super::search::Found;
 use super::unseen::{Unseen, fit_pct, noise_floor};
-use super::{identified, interval, locate, missing_drive, prove, standing_load};
+use super::{identified, interval, locate, missing_drive, offset, prove, standing_load};
 
 /// From the end of a search to what is reported.
 pub struct Conclusion<'a> {
@@ -347,10 +346,8 @@ fn gained(gain: f64) -> String {
 /// A loop with the load that stays, as a file states it: the plant's own offset, or a load from the start.
 pub fn as_file(model: &Loop, constant_load: f64) -> Loop {
     let mut model = model.clone();
-    let mut numbers = model.plant.numbers();
-    if let Some(offset) = numbers.iter_mut().find(|number| number.role == Role::Offset) {
-        offset.value -= constant_load;
-        model.plant = model.plant.with_numbers(&numbers.iter().map(|n| n.value).collect::<Vec<_>>());
+    if let Some(offset) = offset::under(&model, constant_load) {
+        model.plant = offset::with(&model.plant, offset);
     } else if constant_load != 0.0
         && let Ok(load) = Term::new("load_step", &[("level", constant_load)])
     {

@@ -7,9 +7,9 @@ use crate::estimate::hypothesis::Target;
 use crate::estimate::signals::Signals;
 use crate::plant::Role;
 
-use super::interval;
 use super::options::Options;
 use super::plants::{self, Identified};
+use super::{interval, offset};
 
 /// A plant that was identified.
 pub struct IdentifiedPlant {
@@ -52,14 +52,18 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
 /// half widths, which are given for all numbers of the fit.
 pub(super) fn numbers(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
     let offset = fit.hypothesis.numbers.iter().find(|number| number.role == Role::Offset);
+    let model = fit.hypothesis.realise(&fit.point).map(|realised| realised.model);
+    let under = |load: f64| model.as_ref().and_then(|model| offset::under(model, load));
     let rows = fit.hypothesis.free.iter().zip(&fit.point.x).zip(widths);
     rows.filter_map(|((free, x), &half_width)| {
         let value = free.value(*x);
-        let (name, nominal, value) = match (free.target, offset) {
+        let (name, nominal, value, half_width) = match (free.target, offset) {
             (Target::ConstantLoad, Some(offset)) => {
-                (format!("plant.{}", offset.name), offset.value, offset.value - value)
+                let (value, farther) = (under(value)?, under(value + half_width));
+                let half_width = farther.map_or(f64::INFINITY, |farther| (farther - value).abs());
+                (format!("plant.{}", offset.name), offset.value, value, half_width)
             }
-            (Target::Plant(_) | Target::ConstantLoad, _) => (free.name.clone(), free.from, value),
+            (Target::Plant(_) | Target::ConstantLoad, _) => (free.name.clone(), free.from, value, half_width),
             _ => return None,
         };
         Some(Refitted { name, nominal, value, half_width })

@@ -28,6 +28,7 @@ pub mod loop_likelihood;
 mod missing_drive;
 mod needle;
 pub(crate) mod nominal;
+mod offset;
 pub mod options;
 pub(crate) mod plants;
 pub mod prove;

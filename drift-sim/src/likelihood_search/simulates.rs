@@ -107,10 +107,8 @@ impl Trial<'_> {
         let named = &self.found.physics;
         let is_open = self.found.nominal.controller == Controller::Recorded;
         let is_strong = |named: &Named| named.train_gain > STRONG;
-        let is_louder = self.has_healthy
-            && !named.is_empty()
-            && named.iter().all(|named| is_noise(named) && is_strong(named));
-        if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || is_louder {
+        let is_louder = !named.is_empty() && named.iter().all(|named| is_noise(named) && is_strong(named));
+        if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || (is_louder && self.has_healthy) {
             return true;
         }
         // Noise leads what integrates anywhere; what keeps its level follows u, or nothing is named on it.
@@ -119,7 +117,9 @@ impl Trial<'_> {
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
         // What healthy recordings tell of a plant is not judged by how noise leads it.
         let is_known = self.has_healthy && named.iter().any(is_strong);
+        // A louder sensor foretells nothing of y: no simulation follows the better for it.
         after.y_pct > LEAST_SIMULATED_PCT
+            || (is_louder && excused(LEAST_PREDICTED))
             || (is_known && excused(LEAST_PREDICTED))
             || (is_led && (excused(MOSTLY) || (is_closer && excused(LEAST_PREDICTED))))
             || (after.y_pct > 0.0 && (is_closer || excused(LEAST_PREDICTED)))

@@ -42,6 +42,10 @@ pub struct Conclusion<'a> {
     pub options: &'a Options,
 }
 
+/// Log-likelihood that a term gains from which its number is not the one at which it does nothing, whatever the curvature says; and the part of the way there that its
+/// interval goes at most.
+const EXCLUDES_NOTHING: f64 = 50.0;
+const SHORT_OF_NEUTRAL: f64 = 0.99;
 /// What refitted numbers must gain to be called other numbers, in log-likelihood, and by how much of its error the closed loop must come
 /// closer, on what nothing has seen as well.
 const REFIT_GAIN: f64 = 20.0;
@@ -207,12 +211,15 @@ impl Conclusion<'_> {
             .filter_map(|(candidate, choice)| {
                 let index = best.hypothesis.stated + candidate;
                 let term = realised.model.physics.get(index)?.clone();
-                let half_widths = (0..term.parameters.len())
+                let mut half_widths: Vec<f64> = (0..term.parameters.len())
                     .map(|parameter| {
                         let place = best.hypothesis.place(Target::Term { term: index, parameter });
                         place.and_then(|i| widths.get(i)).copied().unwrap_or(f64::INFINITY)
                     })
                     .collect();
+                if choice.gain > EXCLUDES_NOTHING {
+                    keep_from_neutral(&term, &mut half_widths);
+                }
                 Some(Named {
                     term,
                     half_widths,
@@ -331,6 +338,17 @@ impl Conclusion<'_> {
             });
         }
         (rejected, untestable)
+    }
+}
+
+/// Ends the interval of a term's only number before it reaches the one at which the term does nothing: without the term the recording is far less likely. A curvature
+/// knows nothing of that where another number takes up small changes (dry friction, and a load, of what only moves one way until it stops).
+fn keep_from_neutral(term: &Term, half_widths: &mut [f64]) {
+    if let ([parameter], [number], [width]) = (term.kind.parameters, &term.parameters[..], half_widths)
+        && width.is_finite()
+        && parameter.may_be_neutral(*number, *width)
+    {
+        *width = SHORT_OF_NEUTRAL * (number - parameter.neutral).abs();
     }
 }
 

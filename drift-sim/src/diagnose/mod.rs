@@ -328,7 +328,7 @@ pub fn diagnose_since(
     })
 }
 
-/// By likelihood; `by_prediction_error` judges where that can't, or where, on a guessed plant or of a load that jumps more than once, its simulation of what
+/// By likelihood; `by_prediction_error` judges where that can't, or where, of a guessed motor or of a load that jumps more than once, its simulation of what
 /// neither has seen is far closer.
 fn diagnose_with(
     recordings: &[Signals],
@@ -382,9 +382,12 @@ fn diagnose_with(
             });
         }
     };
-    // Under an unknown law no loop is closed, and there is nothing to compare.
-    let is_open_plant = nominal.plant == Plant::Identify;
-    if is_open || options.guarantee.is_some() || !(is_open_plant || found.jumps_again()) {
+    // The older search knows friction with play beside it, of motors, which may have been taken for what integrates; and one signal that comes and goes. Under an unknown law
+    // no loop is closed, and there is nothing to compare.
+    let plant = &found.nominal.plant;
+    let may_be_a_motor = matches!(plant, Plant::Servo(_)) || !plant.keeps_its_level();
+    let is_open_motor = nominal.plant == Plant::Identify && may_be_a_motor;
+    if is_open || options.guarantee.is_some() || !(is_open_motor || found.jumps_again()) {
         return Ok(found);
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.timed
 
 # Rounds of both sides; more of them while the ratio is above the limit: other work only adds to a time, so that the least of each is the nearest.
 ROUNDS = 6
-MOST_ROUNDS = 18
+MOST_ROUNDS = 36
 # What the door may cost: times as long as Rust's side. The array has a decision every 200 samples.
 PUSH_AT_MOST = 1.1
 DIAGNOSE_AT_MOST = 1.02

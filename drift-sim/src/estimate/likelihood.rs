@@ -255,6 +255,10 @@ fn rows_from(hypothesis: &Hypothesis, point: &Point, runs: Vec<Innovations>) -> 
     each.for_each(|scaled| z.extend(scaled));
     z.iter_mut().for_each(|e| *e *= factor);
     let squares = dot(&z, &z);
+    // A run that diverges ends in a finite row where the last sample is missing.
+    if !squares.is_finite() {
+        return None;
+    }
     let prior: f64 = hypothesis.prior_rows(point).map(|row| row * row).sum();
     let objective = n * libm::log((squares / n).max(EXACT)) + prior;
     let sensor_sd = libm::sqrt(squares / n) / factor * hypothesis.scales.noise;

@@ -3,8 +3,9 @@
 
 use crate::control_loop::Loop;
 use crate::physics::{Family, Hook, Over, Range, Scales, Searched, Start, Starts, Term};
-use crate::plant::{Number, Role};
+use crate::plant::{Number, Plant, Role};
 
+use super::level::Level;
 use super::noise::Noise;
 
 /// Numbers that decide how far a fit may go, with their sources in `docs/limits.md`.
@@ -14,6 +15,8 @@ pub struct Priors {
     pub plant_log: f64,
     /// Prior deviation of the constant load, as part of the drive's deviation.
     pub constant_load: f64,
+    /// Whether the constant load is counted from the one under which the plant rests at the recordings' level: it is, where the plant is unknown.
+    pub about_level: bool,
     /// Prior deviation of the time by which y is late, in samples.
     pub late_samples: f64,
     /// Longest time constant of the random load, as part of the recording: longer ones swallow slow physics.
@@ -27,6 +30,7 @@ impl Default for Priors {
         Self {
             plant_log: 0.25,
             constant_load: 0.3,
+            about_level: false,
             late_samples: 0.3,
             longest_tau: 0.1,
             most_rho_atanh: 1.85,
@@ -122,6 +126,8 @@ pub struct Hypothesis {
     pub free: Vec<Free>,
     /// The plant's stated numbers.
     pub numbers: Vec<Number>,
+    /// Where the plant rests, whatever its numbers; none where its own numbers say it.
+    pub level: Option<Level>,
     /// The recording's scales.
     pub scales: Scales,
 }
@@ -209,7 +215,9 @@ impl Hypothesis {
         }
         let model = Loop { sensor: crate::control_loop::Sensor { noise: 0.0 }, ..model.clone() };
         let stated = model.physics.len();
-        Self { model, stated, free, numbers, scales: scales.clone() }
+        let means = (scales.u_mean, scales.y_mean);
+        let level = if priors.about_level { Level::of(&model.plant, means) } else { None };
+        Self { model, stated, free, numbers, level, scales: scales.clone() }
     }
 
     /// The same with one more candidate term; its numbers come before the noise's.
@@ -345,6 +353,7 @@ impl Hypothesis {
             }
         }
         model.plant = model.plant.with_numbers(&numbers);
+        constant_load += self.level_load(&model.plant)?;
         let own = model.physics.iter().skip(self.stated);
         if own.clone().any(|term| term.check().is_err()) {
             return None;
@@ -360,6 +369,20 @@ impl Hypothesis {
             growth_from_s,
         };
         Some(Realised { model, noise, constant_load, late_s })
+    }
+
+    /// The load that the constant load is counted from.
+    fn level_load(&self, plant: &Plant) -> Option<f64> {
+        self.level.as_ref().map_or(Some(0.0), |level| level.load(plant))
+    }
+
+    /// A point under this constant load.
+    pub fn with_load(&self, mut point: Point, load: f64) -> Option<Point> {
+        let from = self.realise(&point)?.constant_load;
+        let place = self.place(Target::ConstantLoad)?;
+        let (free, x) = (self.free.get(place)?, point.x.get_mut(place)?);
+        *x = free.x_of(free.value(*x) + load - from);
+        Some(point)
     }
 
     /// The same loop and noise without the candidate terms: as a healthy recording shows it.

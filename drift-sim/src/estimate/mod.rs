@@ -13,6 +13,7 @@ pub mod inner_product;
 pub mod innovations;
 pub mod lanes;
 pub use crate::diagnose::controller_replay as law_replay;
+pub mod level;
 pub mod likelihood;
 pub mod linear_part;
 pub mod measure;

@@ -52,11 +52,12 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
 /// half widths, which are given for all numbers of the fit.
 pub(super) fn numbers(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
     let offset = fit.hypothesis.numbers.iter().find(|number| number.role == Role::Offset);
-    let model = fit.hypothesis.realise(&fit.point).map(|realised| realised.model);
-    let under = |load: f64| model.as_ref().and_then(|model| offset::under(model, load));
+    let realised = fit.hypothesis.realise(&fit.point);
+    let load = realised.as_ref().map_or(0.0, |realised| realised.constant_load);
+    let under = |load: f64| offset::under(&realised.as_ref()?.model, load);
     let rows = fit.hypothesis.free.iter().zip(&fit.point.x).zip(widths);
     rows.filter_map(|((free, x), &half_width)| {
-        let value = free.value(*x);
+        let value = if free.target == Target::ConstantLoad { load } else { free.value(*x) };
         let (name, nominal, value, half_width) = match (free.target, offset) {
             (Target::ConstantLoad, Some(offset)) => {
                 let (value, farther) = (under(value)?, under(value + half_width));

@@ -1,8 +1,10 @@
 //! 95 % intervals of fitted numbers: from the curvature of the likelihood, the innovations' correlation that is left being paid for; of
 //! rough numbers from the profile of the likelihood itself, the others sliding. They hold for a model whose terms are the right ones.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::estimate::fit::{Fit, Tangent};
-use crate::estimate::hypothesis::Target;
+use crate::estimate::hypothesis::{Point, Target};
 use crate::estimate::likelihood::Data;
 use crate::physics::Starts;
 use crate::plant::Role;
@@ -27,7 +29,7 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
     let share = independent_share(fit);
     let curvature = tangent.curvature(fit);
     // Numbers of which the rows don't depend at all would make it singular.
-    let regular = &curvature + nalgebra::DMatrix::from_diagonal_element(n, n, 1e-12 * curvature.amax());
+    let regular = &curvature + DMatrix::from_diagonal_element(n, n, 1e-12 * curvature.amax());
     let Some(inverse) = regular.cholesky().map(|c| c.inverse()) else { return widths };
     let ts = fit.hypothesis.model.sample_time_s;
     let late = fit.hypothesis.place(Target::Late).or_else(|| {
@@ -48,6 +50,11 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
             });
             inverse[(i, late)] / inverse[(late, late)].max(1e-300) * shift
         });
+        // The load that stays moves with the plant's other numbers where it is counted from a level.
+        let error = match level_variance(fit, i, &inverse) {
+            Some(variance) => libm::sqrt((variance / share).max(0.0)) / free.slope(*x).abs(),
+            None => error,
+        };
         let by_curvature = libm::hypot(NORMAL_95 * error, moved) * free.slope(*x).abs();
         *width = if free.smooth {
             by_curvature
@@ -75,6 +82,23 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         }
     }
     widths
+}
+
+/// Slope of the constant load in the numbers, at a step of this.
+const LOAD_STEP: f64 = 1e-5;
+
+/// The variance of the constant load in its own unit, where the place is its and it is counted from a level.
+fn level_variance(fit: &Fit, place: usize, inverse: &DMatrix<f64>) -> Option<f64> {
+    fit.hypothesis.level.as_ref().filter(|_| fit.hypothesis.place(Target::ConstantLoad) == Some(place))?;
+    let load = |point: &Point| Some(fit.hypothesis.realise(point)?.constant_load);
+    let at = load(&fit.point)?;
+    let slopes = (0..fit.point.x.len()).map(|i| {
+        let mut point = fit.point.clone();
+        *point.x.get_mut(i)? += LOAD_STEP;
+        Some((load(&point)? - at) / LOAD_STEP)
+    });
+    let slopes = DVector::from_vec(slopes.collect::<Option<Vec<f64>>>()?);
+    Some(slopes.dot(&(inverse * &slopes)))
 }
 
 /// How far a number of these fits is from that of another, at most.

@@ -103,6 +103,7 @@ pub(crate) fn guessing(options: &Options) -> Options {
     let mut options = options.clone();
     options.priors.plant_log = GUESSED_LOG;
     options.priors.constant_load = GUESSED_LOAD;
+    options.priors.about_level = true;
     options
 }
 
@@ -211,8 +212,9 @@ impl Identification<'_> {
             .filter_map(|structure| {
                 let own = begun.iter().filter(|(of, _)| *of == structure);
                 let (_, coarse) = own.min_by(|a, b| objective(&a.1).total_cmp(&objective(&b.1)))?;
-                let mut found = coarse.hypothesis.realise(&coarse.point)?.model;
-                let term = self.beside.and_then(|_| found.physics.pop());
+                let mut realised = coarse.hypothesis.realise(&coarse.point)?;
+                let term = self.beside.and_then(|_| realised.model.physics.pop());
+                let found = super::conclude::as_file(&realised.model, realised.constant_load);
                 let finer = Identification { beside: term.as_ref(), ..*self };
                 finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
             })
@@ -285,26 +287,32 @@ fn drifts(fit: &Fit) -> bool {
     apart >= 0.0 && (middle + libm::sqrt(apart)) * fit.hypothesis.scales.duration_s > -1.0
 }
 
-/// Correlation of the changes of u with those of the error from which a law is taken to act on the error.
+/// Part of u's changes that the law's answer to the error, or to its changes, makes at least, for its sign to be known.
 const ACTS: f64 = 0.2;
 
 /// The sign of the plant's gain: that of the law's, for it holds the loop; 0 where u does not tell. Noise that the law feeds back looks like a
-/// plant of the other sign.
+/// plant of the other sign. Where the plant answers within a sample, the error's changes are its own answer: then what u does about the error itself contradicts them.
 fn direction(recordings: &[Signals]) -> f64 {
-    let (mut cross, mut of_u, mut of_e) = (0.0, 0.0, 0.0);
+    let mut sums = [0.0; 6];
     for signals in recordings {
         let e: Vec<f64> = signals.r.iter().zip(&signals.y).map(|(r, y)| r - y).collect();
+        let known = e.iter().filter(|e| e.is_finite());
+        let mean = known.clone().sum::<f64>() / known.count().max(1) as f64;
         for (u, e) in signals.u.windows(2).zip(e.windows(2)) {
-            let (u, e) = (u[1] - u[0], e[1] - e[0]);
-            if e.is_finite() {
-                cross += u * e;
-                of_u += u * u;
-                of_e += e * e;
+            let (u, change, e) = (u[1] - u[0], e[1] - e[0], e[0] - mean);
+            if change.is_finite() {
+                let products = [u * u, change * change, e * e, u * change, u * e, change * e];
+                sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
             }
         }
     }
-    let correlation = cross / libm::sqrt(of_u * of_e).max(1e-300);
-    if correlation.abs() > ACTS { correlation.signum() } else { 0.0 }
+    let [of_u, of_change, of_e, with_change, with_e, between] = sums;
+    let determinant = (of_change * of_e - between * between).max(1e-300);
+    let part = |slope: f64, of: f64| slope / determinant * libm::sqrt(of / of_u.max(1e-300));
+    let to_change = part(with_change * of_e - with_e * between, of_change);
+    let to_error = part(with_e * of_change - with_change * between, of_e);
+    let sign = |part: f64| if part.abs() > ACTS { part.signum() } else { 0.0 };
+    if sign(to_change) * sign(to_error) < 0.0 { 0.0 } else { sign(to_change) }
 }
 
 /// Structures that are tried.
@@ -383,8 +391,15 @@ fn of_time(scales: &Scales, time: f64, gain: f64) -> [Plant; STRUCTURES] {
 
 #[cfg(test)]
 mod tests {
-    use super::gain_of_changes;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::{direction, gain_of_changes, likeliest};
+    use crate::control_loop::Loop;
+    use crate::estimate::level::gain_at_rest;
     use crate::estimate::signals::Signals;
+    use crate::likelihood_search::options::Options;
+    use crate::likelihood_search::simulates::sequence;
 
     /// u makes up for a load that grows and moves y to and fro: the gain is that of the motion, twice too small by the deviations.
     #[test]
@@ -395,5 +410,60 @@ mod tests {
         let signals = Signals { y, u, sample_time_s: 1.0, ..Signals::default() };
         let gain = gain_of_changes(&[signals], 10, 0.0).unwrap();
         assert!((gain / 1.4 - 1.0).abs() < 0.01, "{gain}");
+    }
+
+    /// A flow of 970 under a valve at 72.3 %, whose u moves by 0.2: y = 970 + gain*(u - 72.3) behind a lag of three samples, written out. The sizes of y and u say another
+    /// gain, for a slow load moves y as well.
+    fn flow(gain: f64) -> Signals {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let wandering = sequence(1500, 2.0, 0.98, &mut random);
+        let noise = sequence(1500, 0.1, 0.0, &mut random);
+        let mut level = 0.0;
+        let u: Vec<f64> = (0..1500).map(|n| 72.3 + 0.2 * libm::sin((n / 40 * 17) as f64)).collect();
+        let y = u.iter().zip(wandering).zip(noise).map(|((u, load), noise)| {
+            let y = 970.0 + level + noise;
+            level += (1.0 - libm::exp(-1.0 / 3.0)) * (gain * (u - 72.3) - load - level);
+            y
+        });
+        Signals { y: y.collect(), r: vec![970.0; 1500], u, sample_time_s: 10.0, ..Signals::default() }
+    }
+
+    #[test]
+    fn a_loop_far_from_zero_tells_its_gain() {
+        let open =
+            "[loop]\nsample_time_s = 10.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n";
+        let open = Loop::parse(open, "a flow").unwrap();
+        for gain in [8.0, 40.0] {
+            let found = likeliest(&open, &[flow(gain)], &[1500], &[], &Options::default());
+            let plants =
+                found.iter().filter_map(|found| found.nominal.hypothesis.realise(&found.nominal.point));
+            // Of an oscillator only the product of gain and rate shows.
+            let plant =
+                plants.map(|realised| realised.model.plant).find(|p| p.u_at_rest(0.0).is_some()).unwrap();
+            let fitted = gain_at_rest(&plant).unwrap() * plant.drive_gain();
+            assert!((fitted / gain - 1.0).abs() < 0.05, "{gain}: {plant:?}");
+        }
+    }
+
+    /// u = 5*(r - y) and its integral: the law answers to the error, so that the plant's gain is positive. A plant that answers within a sample turns the sign of the
+    /// changes; the integral then contradicts it, and no sign is known.
+    #[test]
+    fn the_law_tells_the_sign_of_the_gain_unless_the_plant_answers_within_a_sample() {
+        let with_plant = |own: f64| {
+            let mut integral = 0.0;
+            let e: Vec<f64> = (0..3000).map(|n| libm::sin(n as f64 / 9.0)).collect();
+            let u = e.iter().map(|e| {
+                integral += 0.2 * e;
+                integral - own * e
+            });
+            Signals {
+                y: e.iter().map(|e| -e).collect(),
+                u: u.collect(),
+                r: vec![0.0; 3000],
+                ..Signals::default()
+            }
+        };
+        assert_eq!(direction(&[with_plant(-5.0)]), 1.0);
+        assert_eq!(direction(&[with_plant(2.0)]), 0.0);
     }
 }

@@ -48,7 +48,7 @@ pub fn prior_row(fit: &Fit) -> f64 {
     row.map_or(0.0, |row| row * row)
 }
 
-/// Whether the load that stays is a number of the plant.
+/// Whether the load that stays is a number of the plant, or the level of one of which nothing is stated.
 fn has_offset(hypothesis: &Hypothesis) -> bool {
-    hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
+    hypothesis.level.is_some() || hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
 }

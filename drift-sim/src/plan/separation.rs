@@ -229,14 +229,13 @@ fn shared_point(hypothesis: &Hypothesis, of: &Cause) -> Point {
     for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
         *x = match free.target {
             Target::Plant(i) => numbers.get(i).map_or(*x, |number| free.x_of(number.value)),
-            Target::ConstantLoad => free.x_of(of.constant_load),
             Target::LoadSize => free.x_of(libm::log(size.max(1e-300))),
             Target::LoadTau => free.x_of(libm::log(noise.load_tau_s)),
             Target::SensorRho => free.x_of(libm::atanh(noise.sensor_rho)),
-            Target::Late | Target::Term { .. } | Target::Onset(_) => *x,
+            Target::ConstantLoad | Target::Late | Target::Term { .. } | Target::Onset(_) => *x,
         };
     }
-    point
+    hypothesis.with_load(point.clone(), of.constant_load).unwrap_or(point)
 }
 
 /// A cause on a rehearsal of a truth, from several starts: its own numbers; those that it shares with the truth; and, where it still seems to be far

@@ -17,8 +17,8 @@ fn closed(recording: &Recording) -> Range<usize> {
     first.zip(last).map_or(0..recording.len(), |(first, last)| first..last + 1)
 }
 
-/// r, y, u and the measured inputs, from the first to the last sample at which the loop was closed. y is NaN where it is missing or the
-/// loop was open between; r, u and inputs hold their last value there.
+/// r, y, u and the measured inputs, from the first to the last sample at which the loop was closed. y is NaN where it is missing, the
+/// loop was open between, or an archive has drawn it; r, u and inputs hold their last value there.
 #[derive(Debug, Clone, Default)]
 pub struct Signals {
     /// Seconds per sample.
@@ -48,7 +48,9 @@ impl Signals {
         let closed = closed(recording);
         let part = |x: &[f64]| held(x.get(closed.clone()).unwrap_or(&[]));
         let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(part));
-        let known = |i: usize| recording.state.get(i) != Some(&RowState::Manual);
+        let drawn = recording.interpolated_y().unwrap_or_default();
+        let is_drawn = |i: usize| drawn.get(i).copied().unwrap_or(false);
+        let known = |i: usize| recording.state.get(i) != Some(&RowState::Manual) && !is_drawn(i);
         let y = recording.y.iter().enumerate().map(|(i, y)| if known(i) { *y } else { f64::NAN });
         let signals = Self {
             sample_time_s: model.sample_time_s,

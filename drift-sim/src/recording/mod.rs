@@ -13,6 +13,7 @@ mod choice;
 mod clock;
 mod closed;
 mod columns;
+mod compressed;
 #[cfg(any(feature = "parquet", feature = "matlab73", feature = "blackbox", feature = "mcap"))]
 mod contained;
 mod course;
@@ -73,7 +74,7 @@ use std::path::Path;
 
 use crate::controller::Controller;
 use crate::physics::Units;
-use crate::sentences::Clock;
+use crate::sentences::{Clock, percent};
 use crate::{Error, Result};
 use budget::Budget;
 
@@ -238,7 +239,23 @@ impl Recording {
             }
             !text
         });
+        recording.note_compression();
         Ok(recording)
+    }
+
+    fn note_compression(&mut self) {
+        let Some(inside) = self.interpolated_y() else { return };
+        let drawn = inside.iter().filter(|inside| **inside).count();
+        let part = percent(100.0 * drawn as f64 / inside.len().max(1) as f64);
+        self.quality.notes.push(format!(
+            "{part} of y's samples lie on straight lines between others: an archive that keeps fewer has drawn \
+             them; in a diagnosis they count as missing"
+        ));
+    }
+
+    /// Which samples of y an archive has drawn between those that it kept; `None` where it kept all.
+    pub fn interpolated_y(&self) -> Option<Vec<bool>> {
+        compressed::interpolated(&self.y)
     }
 
     /// Number of samples, valid or not.

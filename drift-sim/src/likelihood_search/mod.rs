@@ -145,7 +145,7 @@ fn concluded(
         }
     };
     let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
-    let is_noise = result.is_noise && !is_coarse;
+    let is_noise = result.is_noise;
     stage::begins("intervals and proof", 0);
     let (predicted, fit) = (result.predicted, result.best.clone().unwrap_or_else(|| result.base.clone()));
     let (train, unseen) = parts.shown();
@@ -180,6 +180,8 @@ fn concluded(
         predicted,
     };
     let is_nothing = !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
+    // A cycle that the loop makes with what was named, and not without it, proves it whatever else is in y.
+    let is_noise = (is_noise || trial.cycles_as_measured()) && !is_coarse;
     let standing = match is_noise && !is_nothing && trial.passes() {
         true if found.data.is_colored() => Standing::Colored,
         true => Standing::Stands,

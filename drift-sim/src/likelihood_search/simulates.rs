@@ -79,10 +79,12 @@ impl Trial<'_> {
     }
 
     /// Whether play or sticking is named, and makes the cycle that was recorded.
-    fn cycles_as_measured(&self) -> bool {
-        let found = self.found;
-        let is_play = |named: &Named| named.term.kind.family == Some(Family::Play);
-        found.physics.iter().any(is_play) && limit_cycle::is_made(&found.improved, &found.refitted, self.seen)
+    pub fn cycles_as_measured(&self) -> bool {
+        let improved = &self.found.improved;
+        // The refitted numbers may have bent until the loop cycles without any play.
+        let mut without = improved.clone();
+        without.physics.retain(|term| term.kind.family != Some(Family::Play));
+        self.found.physics.iter().any(is_play) && limit_cycle::is_made(improved, &without, self.seen)
     }
 
     /// Whether the named terms explain what is missing, or most of that is noise: what explains little of it stands in for something else. Beside the
@@ -115,12 +117,14 @@ impl Trial<'_> {
         let is_led = named.is_empty() || !self.found.improved.plant.keeps_its_level();
         let is_closer = error(after) < CLOSER * error(before) && named.iter().any(is_strong);
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
-        // What healthy recordings tell of a plant is not judged by how noise leads it.
-        let is_known = self.has_healthy && named.iter().any(is_strong);
-        // A louder sensor foretells nothing of y: no simulation follows the better for it.
+        // What healthy recordings tell of a plant is not judged by how noise leads it; and a louder sensor foretells nothing of y: no simulation follows
+        // the better for it.
+        let is_known = is_louder || (self.has_healthy && named.iter().any(is_strong));
+        // What sticks shows in how y jumps; the slow load that leads the simulation astray hides none of that.
+        let is_stuck = named.iter().any(|named| is_play(named) && is_strong(named));
         after.y_pct > LEAST_SIMULATED_PCT
-            || (is_louder && excused(LEAST_PREDICTED))
             || (is_known && excused(LEAST_PREDICTED))
+            || (is_stuck && excused(MOSTLY))
             || (is_led && (excused(MOSTLY) || (is_closer && excused(LEAST_PREDICTED))))
             || (after.y_pct > 0.0 && (is_closer || excused(LEAST_PREDICTED)))
     }
@@ -220,6 +224,10 @@ fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
 
 fn error(fit: FitPct) -> f64 {
     100.0 - fit.u_pct.unwrap_or(fit.y_pct)
+}
+
+fn is_play(named: &Named) -> bool {
+    named.term.kind.family == Some(Family::Play)
 }
 
 /// Rounding is seen without any prediction.

@@ -2,9 +2,11 @@
 //! a loop that the simulator runs and the noise that the filter reckons with.
 
 use crate::control_loop::Loop;
-use crate::physics::{Family, Hook, Over, Range, Scales, Searched, Start, Starts, Term};
+use crate::physics::{Family, Hook, Scales, Searched, Start, Starts, Term};
 use crate::plant::{Number, Plant, Role};
 
+use super::free;
+pub use super::free::{Free, Target, is_noise};
 use super::level::Level;
 use super::noise::Noise;
 
@@ -35,74 +37,6 @@ impl Default for Priors {
             longest_tau: 0.1,
             most_rho_atanh: 1.85,
         }
-    }
-}
-
-/// What a free number stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
-    /// The plant's number of this place.
-    Plant(usize),
-    /// A load that stays.
-    ConstantLoad,
-    /// How late the recording shows y.
-    Late,
-    /// Parameter `parameter` of the term `term` of the loop.
-    Term {
-        /// Index into the loop's physics.
-        term: usize,
-        /// Index into its parameters.
-        parameter: usize,
-    },
-    /// When a term that grows begins.
-    Onset(usize),
-    /// Logarithm of the random load's deviation over the drive's.
-    LoadSize,
-    /// Logarithm of its time constant, in seconds.
-    LoadTau,
-    /// atanh of what stays of the sensor's noise.
-    SensorRho,
-}
-
-/// A free number: its value is `from + scale*x`, or `from*exp(x)`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Free {
-    /// What it stands for.
-    pub target: Target,
-    /// Its name in reports.
-    pub name: String,
-    /// Its value at x = 0.
-    pub from: f64,
-    /// Its typical change; 0: it is moved by its logarithm.
-    pub scale: f64,
-    /// Least x.
-    pub low: f64,
-    /// Greatest x.
-    pub high: f64,
-    /// The step of x that shows how the innovations change.
-    pub step: f64,
-    /// Prior deviation of x about 0, where there is one.
-    pub prior: Option<f64>,
-    /// Whether the innovations change smoothly with it.
-    pub smooth: bool,
-}
-
-impl Free {
-    /// The value at x.
-    pub fn value(&self, x: f64) -> f64 {
-        if self.scale == 0.0 { self.from * libm::exp(x) } else { self.from + self.scale * x }
-    }
-
-    /// The x of a value, within the bounds.
-    pub fn x_of(&self, value: f64) -> f64 {
-        let x =
-            if self.scale == 0.0 { libm::log(value / self.from) } else { (value - self.from) / self.scale };
-        x.clamp(self.low, self.high)
-    }
-
-    /// How far the value moves with x, at x.
-    pub fn slope(&self, x: f64) -> f64 {
-        if self.scale == 0.0 { self.value(x) } else { self.scale }
     }
 }
 
@@ -145,14 +79,6 @@ pub struct Realised {
     pub late_s: f64,
 }
 
-/// How far the logarithm of a plant's number moves, at least, and in its prior deviations.
-const LOG_REACH: f64 = 2.0;
-const DEVIATIONS: f64 = 5.0;
-const STEP: f64 = 1e-3;
-const ROUGH_STEP: f64 = 5e-3;
-const LOG_STEP: f64 = 1e-4;
-const NOISE_STEP: f64 = 0.02;
-const FAR: f64 = 1e3;
 /// Part of the recording at either end in which nothing is taken to begin; noise takes more samples to be told than a shift.
 pub const ENDS: f64 = 0.02;
 /// The same of noise.
@@ -166,53 +92,14 @@ impl Hypothesis {
         let numbers = model.plant.numbers();
         let mut free: Vec<Free> = Vec::new();
         for (i, number) in numbers.iter().enumerate() {
-            free.extend(plant_number(i, number, scales, priors, model.sample_time_s));
+            free.extend(free::of_plant(i, number, scales, priors, model.sample_time_s));
         }
         let own_delay = numbers.iter().any(|number| number.role == Role::Delay && number.value > 0.0);
-        free.push(Free {
-            target: Target::ConstantLoad,
-            name: "load".into(),
-            from: 0.0,
-            scale: scales.drive,
-            low: -FAR,
-            high: FAR,
-            step: LOG_STEP,
-            prior: Some(priors.constant_load),
-            smooth: true,
-        });
+        free.push(free::constant_load(scales, priors));
         if !own_delay {
-            free.push(Free {
-                target: Target::Late,
-                name: "late".into(),
-                from: 0.0,
-                scale: model.sample_time_s,
-                low: -1.0,
-                high: 1.0,
-                step: STEP,
-                prior: Some(priors.late_samples),
-                smooth: true,
-            });
+            free.push(free::late(model.sample_time_s, priors));
         }
-        let shortest = libm::log(3.0 * scales.sample_time_s);
-        let longest = libm::log(priors.longest_tau * scales.duration_s).max(shortest + 0.1);
-        for (target, name, low, high) in [
-            (Target::LoadSize, "load_size", -9.0, 3.0),
-            (Target::LoadTau, "load_tau", shortest, longest),
-            (Target::SensorRho, "sensor_rho", -1.0, priors.most_rho_atanh),
-        ] {
-            let (name, step) = (name.to_owned(), NOISE_STEP);
-            free.push(Free {
-                target,
-                name,
-                from: 0.0,
-                scale: 1.0,
-                low,
-                high,
-                step,
-                prior: None,
-                smooth: true,
-            });
-        }
+        free.extend(free::of_noise(scales, priors));
         let model = Loop { sensor: crate::control_loop::Sensor { noise: 0.0 }, ..model.clone() };
         let stated = model.physics.len();
         let means = (scales.u_mean, scales.y_mean);
@@ -227,7 +114,7 @@ impl Hypothesis {
         let index = wider.model.physics.len();
         let at =
             wider.free.iter().position(|free| free.target == Target::LoadSize).unwrap_or(wider.free.len());
-        wider.free.splice(at..at, term_numbers(index, &term, &self.scales));
+        wider.free.splice(at..at, free::of_term(index, &term, &self.scales));
         wider.model.physics.push(term);
         wider
     }
@@ -432,104 +319,4 @@ fn shift_of(role: Role, start: &Start) -> f64 {
         Role::Inertia => start.time - start.gain,
         Role::Delay | Role::Offset | Role::Shape => 0.0,
     }
-}
-
-/// A plant's number as a free one; an offset is what the constant load moves.
-fn plant_number(i: usize, number: &Number, scales: &Scales, priors: &Priors, ts: f64) -> Option<Free> {
-    let name = format!("plant.{}", number.name);
-    let target = Target::Plant(i);
-    let reach = LOG_REACH.max(DEVIATIONS * priors.plant_log);
-    let moved = |scale: f64, low: f64| Free {
-        target,
-        name: name.clone(),
-        from: number.value,
-        scale,
-        low,
-        high: FAR,
-        step: STEP,
-        prior: Some(1.0),
-        smooth: true,
-    };
-    match number.role {
-        Role::Offset => None,
-        _ if number.value != 0.0 => Some(Free {
-            target,
-            name: name.clone(),
-            from: number.value,
-            scale: 0.0,
-            low: -reach,
-            high: reach,
-            step: if number.role == Role::Delay {
-                (0.01 * ts / number.value).clamp(LOG_STEP, 0.02)
-            } else {
-                LOG_STEP
-            },
-            prior: Some(priors.plant_log),
-            smooth: true,
-        }),
-        Role::Delay => Some(moved(ts, 0.0)),
-        Role::Viscous => Some(moved(scales.drive / scales.speed, 0.0)),
-        _ => None,
-    }
-}
-
-/// A term's parameters, and its onset where it grows from there.
-fn term_numbers(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
-    let mut free: Vec<Free> = Vec::new();
-    for (i, (parameter, value)) in term.kind.parameters.iter().zip(&term.parameters).enumerate() {
-        // Noise that grows is no part of a prediction.
-        if parameter.name == "noise_growth_per_s" {
-            continue;
-        }
-        let scale = (parameter.scale)(scales, *value).abs().max(1e-300);
-        let x_of = |value: f64| (value - parameter.neutral) / scale;
-        let (low, high) = match parameter.range {
-            Range::Any => (-1e9, 1e9),
-            Range::Positive => (x_of(0.0) + 1e-4, 1e9),
-            Range::NotNegative => (x_of(0.0), 1e9),
-            Range::Between(low, high) => (x_of(low), x_of(high)),
-        };
-        let (low, high) = match parameter.searched {
-            Searched::Everywhere => (low, high),
-            Searched::Scales(most) => (low.max(-most), high.min(most)),
-            Searched::Between(lowest, highest) => (low.max(x_of(lowest)), high.min(x_of(highest))),
-        };
-        // A part of a wave is no wave: it stands for a ramp, or for a spring.
-        let (low, high) = match (term.kind.search, i) {
-            (Starts::Wave(Over::Time), 1) => (x_of(1.0 / scales.duration_s), high),
-            // A stated wave may be longer than the way.
-            (Starts::Wave(Over::Position), 1) => (low, x_of(scales.position).max(low)),
-            _ => (low, high),
-        };
-        free.push(Free {
-            target: Target::Term { term: index, parameter: i },
-            name: format!("{}.{}", term.kind.name, parameter.name),
-            from: parameter.neutral,
-            scale,
-            low,
-            high,
-            step: if parameter.smooth { STEP } else { ROUGH_STEP },
-            prior: None,
-            smooth: parameter.smooth,
-        });
-    }
-    if matches!(term.kind.search, Starts::Ramp(_)) {
-        free.push(Free {
-            target: Target::Onset(index),
-            name: format!("{}.onset_s", term.kind.name),
-            from: 0.0,
-            scale: scales.duration_s,
-            low: 0.01,
-            high: 0.97,
-            step: 2e-3,
-            prior: None,
-            smooth: true,
-        });
-    }
-    free
-}
-
-/// Whether a number is the noise's.
-pub fn is_noise(target: Target) -> bool {
-    matches!(target, Target::LoadSize | Target::LoadTau | Target::SensorRho)
 }

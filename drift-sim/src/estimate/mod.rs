@@ -7,6 +7,7 @@ pub mod filter_batch;
 mod filter_forced;
 mod filter_servo;
 pub mod fit;
+pub mod free;
 pub mod gains;
 pub mod hypothesis;
 pub mod inner_product;

@@ -18,8 +18,8 @@ pub fn under(model: &Loop, constant_load: f64) -> Option<f64> {
     let wanted = driven_at(stated) - constant_load;
     let mut offset = stated - constant_load;
     for _ in 0..STEPS {
-        let off = driven_at(offset) - wanted;
-        let slope = (driven_at(offset + SLOPE_STEP) - driven_at(offset)) / SLOPE_STEP;
+        let driven = driven_at(offset);
+        let (off, slope) = (driven - wanted, (driven_at(offset + SLOPE_STEP) - driven) / SLOPE_STEP);
         if off == 0.0 || !(slope.is_finite() && slope > 0.0) {
             break;
         }

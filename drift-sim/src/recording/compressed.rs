@@ -8,6 +8,8 @@ const LEAST_ON_A_LINE: usize = 3;
 const ROUNDED: f64 = 2.5;
 /// Steps of the digits that a line rises by from sample to sample at least: a signal in few steps lies on lines by chance.
 const RISES: f64 = 20.0;
+/// Part of its slope by which a line's slope changes where the next one begins, at least: a machine that moves steadily slows down over many samples.
+const KINK: f64 = 0.3;
 /// Lines that make a compression, and the part of the samples on them: a machine that follows a ramp does so a few times.
 const LEAST_LINES: usize = 30;
 const LEAST_PART: f64 = 0.2;
@@ -27,18 +29,24 @@ pub fn interpolated(values: &[f64]) -> Option<Vec<bool>> {
         [a, b, c] => (c - 2.0 * b + a).abs() <= ROUNDED * step && rises(*a, *b) && rises(*b, *c),
         _ => false,
     };
+    let bends = |three: &[f64]| match three {
+        [a, b, c] => (c - 2.0 * b + a).abs() > KINK * f64::max((b - a).abs(), (c - b).abs()),
+        _ => false,
+    };
     let mut inside = vec![false; values.len()];
     let (mut lines, mut samples, mut length) = (0, 0, 0);
-    for (end, three) in values.windows(3).enumerate().map(|(n, three)| (n + 2, three)) {
-        length = if is_on(three) { length + 1 } else { 0 };
-        if length < LEAST_ON_A_LINE {
+    for (n, three) in values.windows(3).enumerate() {
+        if is_on(three) {
+            length += 1;
             continue;
         }
         // All samples of a line but its ends: the middles of the threes that it was told by.
-        let added = if length == LEAST_ON_A_LINE { LEAST_ON_A_LINE } else { 1 };
-        lines += usize::from(length == LEAST_ON_A_LINE);
-        samples += added;
-        inside.get_mut(end - added..end)?.fill(true);
+        if length >= LEAST_ON_A_LINE && bends(three) {
+            lines += 1;
+            samples += length;
+            inside.get_mut(n + 1 - length..n + 1)?.fill(true);
+        }
+        length = 0;
     }
     let is_compressed = lines >= LEAST_LINES && samples as f64 > LEAST_PART * values.len() as f64;
     is_compressed.then_some(inside)
@@ -100,5 +108,12 @@ mod tests {
         );
         let ramp = |n: usize| (n % 400).min(400 - n % 400) as f64 * 0.1;
         assert_eq!(interpolated(&samples().map(ramp).collect::<Vec<_>>()), None);
+        // A drive that goes to and fro a hundred times, its speed a wave that is cut off.
+        let mut position = 0.0;
+        let moved = (0..40_000).map(|n| {
+            position += (1.5 * libm::sin(n as f64 / 64.0)).clamp(-1.0, 1.0) / 3.0;
+            position
+        });
+        assert_eq!(interpolated(&moved.collect::<Vec<_>>()), None);
     }
 }

@@ -385,7 +385,12 @@ fn diagnose_with(
     // The older search knows friction with play beside it, of motors, which may have been taken for what integrates; and one signal that comes and goes. Under an unknown law
     // no loop is closed, and there is nothing to compare.
     let plant = &found.nominal.plant;
-    let may_be_a_motor = matches!(plant, Plant::Servo(_)) || !plant.keeps_its_level();
+    let may_be_a_motor = match plant {
+        Plant::Servo(_) => true,
+        // Two lags of which one is slow are a mass that friction slows, in all that a short recording shows.
+        Plant::TransferFunction(plant) => plant.den.len() > 2 || plant.den.last() == Some(&0.0),
+        plant => !plant.keeps_its_level(),
+    };
     let is_open_motor = nominal.plant == Plant::Identify && may_be_a_motor;
     if is_open || options.guarantee.is_some() || !(is_open_motor || found.jumps_again()) {
         return Ok(found);

@@ -264,7 +264,7 @@ impl Diagnosis {
     }
 
     /// Whether the simulation with what was named is no better than without.
-    pub(crate) fn is_worse(&self) -> bool {
+    fn is_worse(&self) -> bool {
         let fits = self.unseen_fits();
         let u = |fit: Option<prove::FitPct>| fit.and_then(|fit| fit.u_pct);
         u(fits.before).zip(u(fits.after)).is_some_and(|(before, after)| after <= before)

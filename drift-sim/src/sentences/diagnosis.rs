@@ -320,7 +320,10 @@ impl Telling<'_> {
     /// How sure the first named term is, where a simulation does not show it: noise leads the loop elsewhere whatever it is.
     fn proof_number(&self) -> Option<KeyNumber> {
         let sure = self.found.physics.first().map(|named| named.holdout_errors)?;
-        let is_shown = !self.found.is_worse() || !sure.is_finite();
+        let (_, fits) = self.fits();
+        let of = |fit: Option<crate::diagnose::prove::FitPct>| fit.map(|fit| fit.u_pct.unwrap_or(fit.y_pct));
+        let is_worse = of(fits.before).zip(of(fits.after)).is_some_and(|(before, after)| after <= before);
+        let is_shown = !is_worse || !sure.is_finite();
         let label = "standard errors of what it gains on unseen data, sample by sample; chance stays below 2";
         (!is_shown).then(|| KeyNumber::new(plain(sure, 2), label))
     }

@@ -58,6 +58,12 @@ impl Fit {
         self.rows.objective
     }
 
+    /// Whether its last candidate stands in for something else.
+    pub fn is_at_an_end(&self) -> bool {
+        let last = self.hypothesis.candidates().len().checked_sub(1);
+        last.is_some_and(|last| self.hypothesis.is_at_an_end(last, &self.point))
+    }
+
     /// The same at another point, where that is better.
     fn moved(&mut self, point: Point, data: &Data, cache: &mut Cache, least: f64) -> bool {
         match rows(&self.hypothesis, &point, data, cache) {

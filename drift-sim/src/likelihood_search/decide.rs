@@ -110,7 +110,10 @@ pub fn decide(
             || (is_related(s) && s.gain + s.lost_to_load > best.gain - inexact)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();
-    left_of(scored, &near)
+    // What stands in for something else leaves where that is among them: a gain that falls as far as it may, say, beside a limit that u never leaves.
+    let stands_in = |s: &Scored| field.rivals.get(s.place).is_some_and(|rival| rival.fit.is_at_an_end());
+    let (standing_in, own): (Vec<Scored>, Vec<Scored>) = near.into_iter().partition(stands_in);
+    left_of(scored, if own.is_empty() { &standing_in } else { &own })
 }
 
 /// What is left where these kinds are, the best first: one of them is named where all are of one family.

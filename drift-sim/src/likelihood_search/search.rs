@@ -218,7 +218,7 @@ impl Search<'_> {
         }
         let score = |kind: &Kind| decision.scored.iter().find(|s| s.kind == kind).map_or(0.0, |s| s.score);
         let named = decision.named.as_ref().and_then(|(place, tied)| Some((field.rivals.get(*place)?, tied)));
-        match named.filter(|(rival, _)| !is_at_an_end(&rival.fit)) {
+        match named.filter(|(rival, _)| !rival.fit.is_at_an_end()) {
             Some((rival, tied)) => {
                 let (gain, among) = (score(rival.kind), decision.chosen_among);
                 found.named.push(Choice { tied: tied.clone(), gain, unseen: None, among });
@@ -401,12 +401,6 @@ fn earlier(target: Target, gone: usize) -> Target {
         Target::Onset(term) => Target::Onset(one_less(term)),
         other => other,
     }
-}
-
-/// Whether the last candidate stands in for something else.
-fn is_at_an_end(fit: &Fit) -> bool {
-    let last = fit.hypothesis.candidates().len().checked_sub(1);
-    last.is_some_and(|last| fit.hypothesis.is_at_an_end(last, &fit.point))
 }
 
 /// The rival that a decision names, where it is a late response.

@@ -39,6 +39,10 @@ pub(super) static KIND: Kind = Kind {
 fn consistent(p: &[f64]) -> Result<(), &'static str> {
     if p[1] >= p[0] { Ok(()) } else { Err("breakaway must not be below coulomb") }
 }
+
+/// Square of the speed over the Stribeck speed from which on 4e-18 of the excess is left.
+const FAR: f64 = 40.0;
+
 #[derive(Clone)]
 struct StribeckFriction {
     coulomb: f64,
@@ -53,7 +57,9 @@ impl Effect for StribeckFriction {
 
     fn friction(&self, _: f64, speed: f64, _: f64) -> f64 {
         let ratio = speed / self.stribeck_speed;
-        self.coulomb + self.excess * libm::exp(-ratio * ratio)
+        let square = ratio * ratio;
+        // What is left of the excess there does not show in the sum, and an exponential costs more than all else of a step.
+        if square > FAR { self.coulomb } else { self.coulomb + self.excess * libm::exp(-square) }
     }
 
     fn copy(&self) -> Box<dyn Effect> {

@@ -39,6 +39,19 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
             let way = if number(0) < 0.0 { "shrinks" } else { "grows" };
             format!("A load {way} by {}.", slow(0, &units.unit("{drive}/s")))
         }
+        // A limit that is as uncertain as both are apart was never reached.
+        "saturation" if widths(0) > number(1) - number(0) => {
+            format!(
+                "What reaches the plant is limited to {} at most.",
+                with_unit(value(number(1), widths(1)), &units.u)
+            )
+        }
+        "saturation" if widths(1) > number(1) - number(0) => {
+            format!(
+                "What reaches the plant is limited to {} at least.",
+                with_unit(value(number(0), widths(0)), &units.u)
+            )
+        }
         // A jump that may be nothing by its interval is none.
         "stiction" if number(1).abs() <= widths(1) => {
             let band = with_unit(value(number(0), widths(0)), &units.u);
@@ -354,8 +367,13 @@ impl Telling<'_> {
     /// The first named number, or the first of the plant's that moved.
     fn size_number(&self) -> Option<KeyNumber> {
         if let Some(named) = self.found.physics.iter().find(|named| !may_be_nothing(named)) {
-            let (about, number) = (named.term.kind.parameters.first()?, named.term.parameters.first()?);
-            let width = named.half_widths.first().copied().unwrap_or(f64::NAN);
+            let width = |i: usize| named.half_widths.get(i).copied().unwrap_or(f64::NAN);
+            let numbers = named.term.parameters.iter().enumerate();
+            // Of two limits the one that was reached.
+            let at =
+                numbers.filter(|(i, number)| width(*i) < number.abs()).map(|(i, _)| i).next().unwrap_or(0);
+            let (about, number) = (named.term.kind.parameters.get(at)?, named.term.parameters.get(at)?);
+            let width = width(at);
             let name = number_name(about.name);
             let kind = named.term.kind.name.replace('_', " ");
             let interval = if width.is_finite() { ", 95 % interval" } else { "" };

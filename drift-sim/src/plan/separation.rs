@@ -33,6 +33,9 @@ const FAR: f64 = 8.0;
 const MIDDLING: (f64, f64, f64) = (-3.0, 30.0, 0.5);
 /// Variance that refits of a few numbers add to that of the ratio.
 const OF_REFITS: f64 = 1.0;
+/// Part of the expected ratio that is relied on. A cause that a recording hardly shows looks larger there than it is (Ioannidis 2008, "Why most discovered
+/// true associations are inflated"), and a ratio goes with the square of its size.
+const RELIED: f64 = 0.5;
 /// Half width, in standard errors, of a 95 % interval, and the ratio from which chance is ruled out: the bars of a proof.
 const NORMAL_95: f64 = 1.96;
 const LEAST_RATIO: f64 = 100.0;
@@ -192,15 +195,17 @@ impl Court<'_> {
             return Some(Pair { truth, rival, expected, chance: 1.0 });
         }
         let costs = mean(&|trial| Some(cost(trial, truth) - cost(trial, rival)))?;
+        let relied = RELIED * expected;
         let chance = if self.term_of(rival).is_some() {
-            passes(expected - costs, expected, self.options.margin)
+            passes(relied - costs, relied, self.options.margin)
         } else {
             let unseen = mean(&|trial| {
                 let (better, worse) = (fit(trial, truth)?, fit(trial, rival)?);
                 Some(gained(&better, &worse, &trial.data).map_or(0.0, |gained| gained.sum))
             })?;
+            let unseen = RELIED * unseen;
             let proof = passes(unseen, unseen, libm::log(LEAST_RATIO)).max(is_sure(unseen));
-            (passes(expected - costs, expected, self.options.least_gain) + proof - 1.0).max(0.0)
+            (passes(relied - costs, relied, self.options.least_gain) + proof - 1.0).max(0.0)
         };
         Some(Pair { truth, rival, expected, chance })
     }

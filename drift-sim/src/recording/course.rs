@@ -15,25 +15,27 @@ pub(super) struct Line {
 
 /// Rows that the line remembers.
 const MEMORY: f64 = HEAD_ROWS as f64;
+/// What a row leaves of a whole one.
+const FADE: f64 = (MEMORY - 1.0) / MEMORY;
 
 impl Line {
     #[inline]
     pub fn learn(&mut self, k: f64, t: f64) {
         let (dk, dt) = (k - self.mean_k, t - self.mean_t);
-        let mut old = self.weight;
-        if old >= MEMORY {
-            // Of a whole memory this is a number that the compiler knows.
-            let fade = if old == MEMORY { (MEMORY - 1.0) / MEMORY } else { (MEMORY - 1.0) / old };
-            old = if old == MEMORY { MEMORY * ((MEMORY - 1.0) / MEMORY) } else { old * fade };
-            self.kk *= fade;
-            self.kt *= fade;
-        }
+        // Of a whole memory these are numbers that the compiler knows: the means wait for no division.
+        let (fade, old, part) = if self.weight == MEMORY {
+            (FADE, MEMORY * FADE, 1.0 / (MEMORY * FADE + 1.0))
+        } else if self.weight > MEMORY {
+            ((MEMORY - 1.0) / self.weight, MEMORY - 1.0, 1.0 / MEMORY)
+        } else {
+            (1.0, self.weight, 1.0 / (self.weight + 1.0))
+        };
         self.weight = old + 1.0;
-        self.mean_k += dk / self.weight;
-        self.mean_t += dt / self.weight;
-        let share = old / self.weight;
-        self.kk += share * dk * dk;
-        self.kt += share * dk * dt;
+        self.mean_k += dk * part;
+        self.mean_t += dt * part;
+        let share = old * part;
+        self.kk = fade * self.kk + share * dk * dk;
+        self.kt = fade * self.kt + share * dk * dt;
     }
 
     #[inline]

@@ -122,10 +122,11 @@ fn what_began_within_the_recording_is_told_apart_by_a_log_of_both() {
     assert!(alone < 10.0 && together > 30.0, "{alone} alone, {together} with what was before");
 }
 
-/// Whole diagnoses of experiments drawn with a dead zone name it as often as was predicted, at a length where that is a matter of luck.
+/// Whole diagnoses of experiments drawn with a dead zone of the rehearsed size name it at least as often as was predicted: the plan relies on half of
+/// what it expects. It is sure of long experiments alone.
 #[test]
 #[ignore = "slow: whole diagnoses"]
-fn the_chance_that_a_cause_is_named_is_that_of_whole_diagnoses() {
+fn whole_diagnoses_name_a_cause_at_least_as_often_as_predicted() {
     const DRAWN: u64 = 12;
     let model = stated();
     let (causes, options, recorded) = (causes(&model), Options::default(), recorded());
@@ -141,6 +142,7 @@ fn the_chance_that_a_cause_is_named_is_that_of_whole_diagnoses() {
         };
         let named = (0..DRAWN).filter(|seed| is_named(*seed)).count() as f64 / DRAWN as f64;
         println!("{samples} samples: predicted {predicted:.2}, named {named:.2} of {DRAWN}");
-        assert!((named - predicted).abs() < 0.4, "{samples} samples: {named} named, {predicted} predicted");
+        assert!(named > predicted - 0.15, "{samples} samples: {named} named, {predicted} predicted");
+        assert_eq!(predicted > 0.9, samples == 2000, "{samples} samples: {predicted} predicted");
     }
 }

@@ -1,9 +1,10 @@
 //! Where our results differ from the published ones, said plainly with this run's numbers, and what could explain it.
 
 use super::number::{per_cent, ranged, significant};
-use super::page::{OVERLAP, alarmed_healthy, at, monitor_says, scheme, times_faster};
+use super::page::OVERLAP;
 use super::ranking::{Rank, Ranking};
 use super::spread::Spread;
+use super::summary::{alarmed_healthy, at, monitor_says, scheme, times_faster};
 use super::{Paper, json, published, settings};
 use crate::report::Block;
 

@@ -25,6 +25,7 @@ pub mod published;
 pub mod ranking;
 pub mod settings;
 pub mod spread;
+mod summary;
 mod windows;
 
 use std::path::Path;
@@ -92,7 +93,7 @@ impl Paper {
 
     /// The main findings in a few lines, for a terminal.
     pub fn summary(&self) -> String {
-        page::summary(self)
+        summary::summary(self)
     }
 
     /// `paper.json` as text.

@@ -45,6 +45,7 @@ mod mcap;
 mod memory;
 mod mode_codes;
 mod overview;
+mod pacing;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod parts;

@@ -11,10 +11,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::budget::{Budget, MEMORY_LIMIT_BYTES};
 use super::choice::Reference;
 use super::format::{self, Source};
+use super::pacing::Pacing;
 use super::repeated::merged;
-use super::resample::Resampler;
 use super::row::{Row, Rows, repeats};
-use super::sampling::{Grid, HEAD_ROWS, Place, one_row};
+use super::sampling::{HEAD_ROWS, Place};
 use super::stretch::{Samples, Stretch};
 use super::{ColumnMap, Quality, ReadOptions, RowState, mode_codes, parts, quality_codes};
 use crate::controller::Controller;
@@ -63,14 +63,6 @@ pub struct RecordingStream {
     work_bytes: u64,
     /// What r is taken to be as long as the recording holds none.
     assumed_r: Option<f64>,
-}
-
-/// What says where a row belongs in time.
-enum Pacing {
-    /// There are no time stamps: one row, one sample.
-    Given(f64),
-    Grid(Grid),
-    Resampled(Box<Resampler>, f64),
 }
 
 impl RecordingStream {
@@ -133,7 +125,7 @@ impl RecordingStream {
         let mut quality = Quality::default();
         let (head, failed) = read_head(rows.as_mut(), &mut quality, &budget);
         // Where a row of the head is broken, an earlier fault of its time stamps is still the first to tell.
-        let begun = begin_pacing(rows.as_ref(), &head, options);
+        let begun = Pacing::begin(rows.as_ref(), &head, options);
         let (pacing, start_s) = match (begun, failed) {
             (Err(error), Some(failure)) => {
                 let earlier =
@@ -469,25 +461,6 @@ fn assumed_reference(rows: &dyn Rows, head: &VecDeque<Row>) -> Option<f64> {
     let mut y: Vec<f64> = head.iter().map(|row| row.y).filter(|y| !y.is_nan()).collect();
     y.sort_by(f64::total_cmp);
     y.get(y.len() / 2).copied()
-}
-
-fn begin_pacing(rows: &dyn Rows, head: &VecDeque<Row>, options: &ReadOptions) -> Result<(Pacing, f64)> {
-    let Some(first) = head.front() else {
-        return Err(Error::new("no rows of data, only a header"));
-    };
-    let start_s = if rows.has_time() { first.stamp.t_s } else { 0.0 };
-    let pacing = match (rows.has_time(), options.sample_time_s, options.resample_s) {
-        (_, _, _) if head.len() < 2 => return Err(one_row()),
-        (false, _, Some(_)) => return Err(Error::new("no time stamps to resample by")),
-        (false, Some(sample_time_s), None) => Pacing::Given(sample_time_s),
-        (false, None, None) => return Err(Error::new("neither time stamps nor a sample time")),
-        (true, _, Some(step_s)) => Pacing::Resampled(Box::new(Resampler::new(head, step_s)?), step_s),
-        (true, given, None) => {
-            let stamps: Vec<_> = head.iter().map(|row| (row.line, row.stamp)).collect();
-            Pacing::Grid(Grid::establish(&stamps, given)?)
-        }
-    };
-    Ok((pacing, start_s))
 }
 
 /// The next row: of those read ahead, then of the file.

@@ -172,8 +172,9 @@ impl Conclusion<'_> {
     /// What an experiment would have to tell apart: nothing, what is left, and what came next.
     fn causes(&self, verdict: Verdict) -> Vec<Cause> {
         let contenders = &self.result.contenders;
-        // Where nothing gains enough and nothing is proven, nothing is excluded either.
-        let all_are_left = contenders.iter().all(|contender| !contender.is_left);
+        // Where nothing gains enough and nothing is proven, nothing is excluded either; and a kind that is left alone and not named stands in for another.
+        let left = contenders.iter().filter(|contender| contender.is_left).count();
+        let all_are_left = left == 0 || (left == 1 && verdict == Verdict::Located);
         let nothing = Cause::of(&self.result.base, 0.0, verdict == Verdict::Undecided);
         let kinds = contenders.iter().filter_map(|contender| {
             Cause::of(&contender.fit, contender.score, contender.is_left || all_are_left)

@@ -558,6 +558,24 @@ fn a_jump_of_nothing_is_not_told() {
     assert_eq!(says, "The valve sticks until u is 1.56 % away from it, then jumps by 0.04 %.");
 }
 
+/// Of two limits the one that was never reached is not told: its interval is wider than both are apart.
+#[test]
+fn a_limit_that_was_never_reached_is_not_told() {
+    let found = &founds()[0];
+    let mut of = with_term(found, "saturation", 1.0, 0.1, 0.0).unwrap();
+    of.physics[0].term.parameters = vec![-85.76, 53.91];
+    for (half_widths, says, number) in [
+        ([140_000.0, 1.3], "What reaches the plant is limited to 53.9 % at most.", "53.9 \u{b1} 1.3 %"),
+        ([1.3, 140_000.0], "What reaches the plant is limited to -85.8 % at least.", "-85.8 \u{b1} 1.3 %"),
+        ([1.3, 1.3], "What reaches the plant is limited to -85.8 % .. 53.9 %.", "-85.8 \u{b1} 1.3 %"),
+    ] {
+        of.physics[0].half_widths = half_widths.to_vec();
+        assert_eq!(drift_sim::sentences::says(&of.physics[0], &of), says);
+        let numbers = diagnosis(&of, &Clock::default(), 0.0).numbers;
+        assert!(numbers.iter().any(|shown| shown.value.replace('\u{a0}', " ") == number), "{numbers:?}");
+    }
+}
+
 /// A fit that noise alone would not leave puzzles: what is said then is that only noise is left.
 #[test]
 fn a_fit_is_never_better_than_noise_allows() {

@@ -41,16 +41,12 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
         }
         // A limit that is as uncertain as both are apart was never reached.
         "saturation" if widths(0) > number(1) - number(0) => {
-            format!(
-                "What reaches the plant is limited to {} at most.",
-                with_unit(value(number(1), widths(1)), &units.u)
-            )
+            let upper = with_unit(value(number(1), widths(1)), &units.u);
+            format!("What reaches the plant is limited to {upper} at most.")
         }
         "saturation" if widths(1) > number(1) - number(0) => {
-            format!(
-                "What reaches the plant is limited to {} at least.",
-                with_unit(value(number(0), widths(0)), &units.u)
-            )
+            let lower = with_unit(value(number(0), widths(0)), &units.u);
+            format!("What reaches the plant is limited to {lower} at least.")
         }
         // A jump that may be nothing by its interval is none.
         "stiction" if number(1).abs() <= widths(1) => {

@@ -15,18 +15,14 @@ pub(super) struct Line {
 
 /// Rows that the line remembers.
 const MEMORY: f64 = HEAD_ROWS as f64;
-/// What a row leaves of a whole one.
-const FADE: f64 = (MEMORY - 1.0) / MEMORY;
 
 impl Line {
     #[inline]
     pub fn learn(&mut self, k: f64, t: f64) {
         let (dk, dt) = (k - self.mean_k, t - self.mean_t);
         // Of a whole memory these are numbers that the compiler knows: the means wait for no division.
-        let (fade, old, part) = if self.weight == MEMORY {
-            (FADE, MEMORY * FADE, 1.0 / (MEMORY * FADE + 1.0))
-        } else if self.weight > MEMORY {
-            ((MEMORY - 1.0) / self.weight, MEMORY - 1.0, 1.0 / MEMORY)
+        let (fade, old, part) = if self.weight >= MEMORY {
+            ((MEMORY - 1.0) / MEMORY, MEMORY - 1.0, 1.0 / MEMORY)
         } else {
             (1.0, self.weight, 1.0 / (self.weight + 1.0))
         };

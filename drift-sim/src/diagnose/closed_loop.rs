@@ -98,7 +98,7 @@ pub(super) fn fit_pct(model: &Loop, signals: &Signals) -> Option<FitPct> {
 
 /// Relative error of u, of y where the law is not known.
 pub(super) fn error(fit: FitPct) -> f64 {
-    0.01 * (100.0 - fit.u_pct.unwrap_or(fit.y_pct))
+    0.01 * fit.error()
 }
 
 /// The same of the closed loop of a model at its point.

@@ -183,7 +183,7 @@ impl Case<'_> {
 /// Whether the closed loop with refitted numbers comes closer by more than anyone would overlook; where it can't be simulated as it
 /// came, any number is better.
 fn is_closer(fits: &Fits) -> bool {
-    let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+    let error = FitPct::error;
     match (fits.nominal.map(error), fits.before.map(error)) {
         (Some(stated), Some(refitted)) => stated - refitted > REFIT_CLOSER * stated,
         (None, refitted) => refitted.is_some(),

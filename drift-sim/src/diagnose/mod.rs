@@ -241,7 +241,7 @@ impl Diagnosis {
     pub fn noise_leaves(&self) -> Option<prove::FitPct> {
         /// Part of the floor's error: an estimate of it is no surer.
         const CLEARLY: f64 = 0.9;
-        let error = |fit: prove::FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+        let error = prove::FitPct::error;
         let reached = self.reached().map(error);
         self.noise_floor.filter(|floor| reached.is_none_or(|reached| reached >= CLEARLY * error(*floor)))
     }
@@ -254,7 +254,7 @@ impl Diagnosis {
 
     /// Whether the loop that is handed back comes as close to the recording as noise lets it.
     pub fn leaves_only_noise(&self) -> bool {
-        let of = |fit: prove::FitPct| fit.u_pct.unwrap_or(fit.y_pct);
+        let of = prove::FitPct::that_counts;
         self.noise_floor.zip(self.reached()).is_some_and(|(floor, reached)| of(reached) >= of(floor))
     }
 

@@ -17,6 +17,18 @@ pub struct FitPct {
     pub u_pct: Option<f64>,
 }
 
+impl FitPct {
+    /// That of u; of y under an unknown law, where u is as it was recorded.
+    pub fn that_counts(self) -> f64 {
+        self.u_pct.unwrap_or(self.y_pct)
+    }
+
+    /// What is left of the signal that counts, in per cent.
+    pub fn error(self) -> f64 {
+        100.0 - self.that_counts()
+    }
+}
+
 /// Contiguous blocks for the interval of an improvement.
 const BLOCKS: usize = 16;
 

@@ -282,7 +282,7 @@ impl Conclusion<'_> {
     fn numbers_are_other(&self, base: &Fit, train: &Fits, holdout: &Fits) -> bool {
         let closer = |fits: &Fits| match (fits.nominal, fits.before) {
             (Some(nominal), Some(before)) => {
-                let error = |fit: FitPct| 100.0 - fit.u_pct.unwrap_or(fit.y_pct);
+                let error = FitPct::error;
                 let (a, b) = (error(nominal), error(before));
                 a - b > REFIT_CLOSER * a && a - b > REFIT_LEAST
             }

@@ -90,19 +90,19 @@ impl Trial<'_> {
     /// Whether the named terms explain what is missing, or most of that is noise: what explains little of it stands in for something else. Beside the
     /// sensor's the random load's part is noise.
     fn explains(&self, before: FitPct, after: FitPct, beyond_noise: impl Fn() -> f64) -> bool {
-        let Some(floor) = self.found.noise_floor.map(error) else { return true };
-        let explained = error(before) - error(after);
+        let Some(floor) = self.found.noise_floor.map(FitPct::error) else { return true };
+        let explained = before.error() - after.error();
         if self.coloring.order() > 0 {
-            return explained > LEAST_EXPLAINED_COLORED * (error(before) - floor);
+            return explained > LEAST_EXPLAINED_COLORED * (before.error() - floor);
         }
         let is_enough = |noise: f64| {
-            let missing = error(before) - noise;
+            let missing = before.error() - noise;
             missing < noise || explained > LEAST_EXPLAINED * missing
         };
         self.found.physics.iter().all(is_noise)
             || is_enough(floor)
             || beyond_noise() < MOST_WORSE
-            || is_enough(floor.max(error(after) / beyond_noise()))
+            || is_enough(floor.max(after.error() / beyond_noise()))
     }
 
     fn follows(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
@@ -115,7 +115,7 @@ impl Trial<'_> {
         }
         // Noise leads what integrates anywhere; what keeps its level follows u, or nothing is named on it.
         let is_led = named.is_empty() || !self.found.improved.plant.keeps_its_level();
-        let is_closer = error(after) < CLOSER * error(before) && named.iter().any(is_strong);
+        let is_closer = after.error() < CLOSER * before.error() && named.iter().any(is_strong);
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
         // What healthy recordings tell of a plant is not judged by how noise leads it; and a louder sensor foretells nothing of y: no simulation follows
         // the better for it.
@@ -131,7 +131,7 @@ impl Trial<'_> {
 
     fn is_no_worse(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
         self.found.physics.iter().all(is_noise)
-            || error(after) < MOST_WORSE * error(before)
+            || after.error() < MOST_WORSE * before.error()
             || as_noise_has_it()
     }
 
@@ -220,10 +220,6 @@ fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
         along * along / dot(&answer, &answer).max(1e-300)
     });
     Some(libm::sqrt((dot(&missed, &missed) - taken).max(0.0) / missed.len().max(1) as f64))
-}
-
-fn error(fit: FitPct) -> f64 {
-    100.0 - fit.u_pct.unwrap_or(fit.y_pct)
 }
 
 fn is_play(named: &Named) -> bool {

@@ -2,6 +2,7 @@
 
 use super::quantity::{fit, measured, number_name, percent, plain, rate, rounded, value, with_unit};
 use super::{Answer, Clock, KeyNumber, Status};
+use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Fits, Named, Rejected, Verdict};
 use crate::physics::{Place, Term, UnitNames};
 use crate::plant::Plant;
@@ -245,7 +246,7 @@ impl Telling<'_> {
     fn gain(&self) -> String {
         let (on, fits) = self.fits();
         let (a, b) = (if self.refits() { fits.nominal } else { fits.before }, fits.after);
-        let of = |fit: crate::diagnose::prove::FitPct| fit.u_pct.unwrap_or(fit.y_pct);
+        let of = FitPct::that_counts;
         let (Some(a), Some(b)) = (a.map(of), b.map(of)) else { return String::new() };
         let name = if self.known_law() { "u" } else { "y" };
         match fit(a) == fit(b) {
@@ -330,7 +331,7 @@ impl Telling<'_> {
     fn proof_number(&self) -> Option<KeyNumber> {
         let sure = self.found.physics.first().map(|named| named.holdout_errors)?;
         let (_, fits) = self.fits();
-        let of = |fit: Option<crate::diagnose::prove::FitPct>| fit.map(|fit| fit.u_pct.unwrap_or(fit.y_pct));
+        let of = |fit: Option<FitPct>| fit.map(FitPct::that_counts);
         let is_worse = of(fits.before).zip(of(fits.after)).is_some_and(|(before, after)| after <= before);
         let is_shown = !is_worse || !sure.is_finite();
         let label = "standard errors of what it gains on unseen data, sample by sample; chance stays below 2";
@@ -339,7 +340,7 @@ impl Telling<'_> {
 
     fn fit_number(&self) -> Option<KeyNumber> {
         let (on, fits) = self.fits();
-        let of = |fit: crate::diagnose::prove::FitPct| fit.u_pct.unwrap_or(fit.y_pct);
+        let of = FitPct::that_counts;
         let before = if self.refits() { fits.nominal } else { fits.before.or(fits.nominal) };
         let (before, after) = (before.map(of), fits.after.map(of));
         let name = if self.known_law() { "u" } else { "y" };
@@ -363,13 +364,11 @@ impl Telling<'_> {
     /// The first named number, or the first of the plant's that moved.
     fn size_number(&self) -> Option<KeyNumber> {
         if let Some(named) = self.found.physics.iter().find(|named| !may_be_nothing(named)) {
-            let width = |i: usize| named.half_widths.get(i).copied().unwrap_or(f64::NAN);
-            let numbers = named.term.parameters.iter().enumerate();
             // Of two limits the one that was reached.
-            let at =
-                numbers.filter(|(i, number)| width(*i) < number.abs()).map(|(i, _)| i).next().unwrap_or(0);
+            let mut numbers = named.term.parameters.iter().zip(&named.half_widths);
+            let at = numbers.position(|(number, width)| *width < number.abs()).unwrap_or(0);
             let (about, number) = (named.term.kind.parameters.get(at)?, named.term.parameters.get(at)?);
-            let width = width(at);
+            let width = named.half_widths.get(at).copied().unwrap_or(f64::NAN);
             let name = number_name(about.name);
             let kind = named.term.kind.name.replace('_', " ");
             let interval = if width.is_finite() { ", 95 % interval" } else { "" };

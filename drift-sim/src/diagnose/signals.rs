@@ -9,6 +9,10 @@ use crate::{Error, Result};
 /// The fewest samples from which anything is concluded.
 pub const LEAST_SAMPLES: usize = 100;
 
+/// How much larger the mean square of second differences is over two samples than over one, of a y whose bends its noise does not hide: white noise 1, a random walk 2, a
+/// bend 16.
+const BENDS: f64 = 3.0;
+
 /// From the first to the last sample at which the loop was closed.
 fn closed(recording: &Recording) -> Range<usize> {
     let is_closed = |state: &RowState| *state != RowState::Manual;
@@ -110,9 +114,24 @@ impl Signals {
         }
     }
 
-    /// One sample in `factor`: y and r as they are there, u and the inputs as they are in the mean until the next.
+    /// One sample in `factor`: r as it is there; u and the inputs as they are in the mean until the next; y as it is there, or, where noise hides how it
+    /// bends, in the mean of the samples about it.
     pub fn coarser(&self, factor: usize) -> Self {
         let factor = factor.max(1);
+        let about = factor / 2;
+        let y = if self.is_noisy() {
+            let each = (0..self.len()).step_by(factor);
+            each.map(|i| {
+                let known =
+                    self.y.get(i.saturating_sub(about.min(i))..(i + about.min(i) + 1).min(self.len()));
+                let known = known.unwrap_or(&[]);
+                let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+                if mean.is_finite() { mean } else { self.y.get(i).copied().unwrap_or(f64::NAN) }
+            })
+            .collect()
+        } else {
+            self.y.iter().step_by(factor).copied().collect()
+        };
         let taken = |column: &Vec<f64>| column.iter().step_by(factor).copied().collect();
         let mean = |column: &Vec<f64>| {
             column.chunks(factor).map(|held| held.iter().sum::<f64>() / held.len() as f64).collect()
@@ -122,10 +141,23 @@ impl Signals {
             start_s: self.start_s,
             origin_s: self.origin_s,
             r: taken(&self.r),
-            y: taken(&self.y),
+            y,
             u: mean(&self.u),
             inputs: self.inputs.iter().map(mean).collect(),
         }
+    }
+
+    /// Whether noise hides how y bends from sample to sample: then its second differences over two samples are no larger by far than over one.
+    fn is_noisy(&self) -> bool {
+        let bent = |by: usize| {
+            let farther = self.y.iter().skip(by).zip(self.y.iter().skip(2 * by));
+            let bends = self.y.iter().zip(farther).map(|(a, (b, c))| a - 2.0 * b + c);
+            let (sum, count) = bends
+                .filter(|bend| bend.is_finite())
+                .fold((0.0, 0.0_f64), |(sum, count), bend| (sum + bend * bend, count + 1.0));
+            sum / count.max(1.0)
+        };
+        bent(2) < BENDS * bent(1)
     }
 
     /// Writes the inputs of sample `n` into `now`.
@@ -169,4 +201,39 @@ pub fn deviation(column: &[f64]) -> f64 {
     let n = known().count().max(1) as f64;
     let mean = known().sum::<f64>() / n;
     libm::sqrt(known().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::{Signals, deviation};
+    use crate::likelihood_search::simulates::sequence;
+
+    fn of(y: Vec<f64>) -> Signals {
+        let u = (0..y.len()).map(|n| n as f64).collect();
+        Signals { sample_time_s: 0.1, r: y.clone(), y, u, ..Signals::default() }
+    }
+
+    /// White noise of deviation 1 is one of 1/sqrt(5) in the mean of five; u is the mean until the next sample. A sample that is missing leaves the one in the middle.
+    #[test]
+    fn noise_is_averaged_about_each_sample() {
+        let mut noisy = of(sequence(50_000, 1.0, 0.0, &mut ChaCha8Rng::seed_from_u64(1)));
+        let (middle, missing) = (noisy.y[25], 27);
+        noisy.y[missing] = f64::NAN;
+        let coarser = noisy.coarser(5);
+        assert_eq!((coarser.len(), coarser.sample_time_s), (10_000, 0.5));
+        assert!((deviation(&coarser.y) * f64::sqrt(5.0) - 1.0).abs() < 0.02);
+        assert_eq!(coarser.y[1], noisy.y[3..8].iter().sum::<f64>() / 5.0);
+        assert_eq!(coarser.y[5], middle);
+        assert_eq!(coarser.u[..3], [2.0, 7.0, 12.0]);
+    }
+
+    /// A wave of 40 samples without noise bends: its mean over five would be too small.
+    #[test]
+    fn what_bends_is_taken_as_it_is() {
+        let wave = of((0..4_000).map(|n| f64::sin(f64::from(n) * 0.157)).collect());
+        assert_eq!(wave.coarser(5).y, wave.y.iter().step_by(5).copied().collect::<Vec<_>>());
+    }
 }

@@ -43,6 +43,8 @@ pub struct Data {
     start_deviations: Vec<f64>,
     /// What reached plants under each recording.
     driven: Arc<Vec<Memory>>,
+    /// The same in coarser samples, which a search looks at first.
+    first_look: Option<Arc<Data>>,
 }
 
 /// At the start y is known to twice the sensor's noise and to this part of its own deviation; a difference of y to this part of its own.
@@ -81,13 +83,14 @@ impl Data {
             motions,
             start_deviations,
             driven,
+            first_look: None,
         }
     }
 
     /// The same recordings with another share that counts.
     #[must_use]
     pub fn seeing(&self, fitted: Vec<usize>) -> Self {
-        Self { fitted, ..self.clone() }
+        Self { fitted, first_look: None, ..self.clone() }
     }
 
     /// What does not count of the recordings, given what does.
@@ -102,6 +105,17 @@ impl Data {
         self.seeing(self.recordings.iter().map(Signals::len).collect())
     }
 
+    /// The same recordings, which a search looks at first as these show them.
+    #[must_use]
+    pub(super) fn looked_at_as(self, look: Self) -> Self {
+        Self { first_look: Some(Arc::new(look)), ..self }
+    }
+
+    /// What a search looks at first: itself where there is no coarser look.
+    pub fn look(&self) -> &Self {
+        self.first_look.as_deref().unwrap_or(self)
+    }
+
     /// The same recordings, healthy from this one on.
     #[must_use]
     pub fn with_healthy(self, from: usize) -> Self {
@@ -111,7 +125,7 @@ impl Data {
     /// The same recordings under noise of this coloring besides.
     #[must_use]
     pub fn colored(self, coloring: Whitener) -> Self {
-        Self { coloring, ..self }
+        Self { coloring, first_look: None, ..self }
     }
 
     /// Whether innovations are whitened.

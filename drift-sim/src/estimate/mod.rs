@@ -6,6 +6,7 @@ pub mod driven;
 pub mod filter_batch;
 mod filter_forced;
 mod filter_servo;
+pub mod first_look;
 pub mod fit;
 pub mod free;
 pub mod gains;

@@ -43,6 +43,7 @@ mod unseen;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
+use crate::estimate::first_look::coarseness;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::measure;
@@ -58,8 +59,8 @@ use decide::COLORED;
 use glance::{Glance, Round};
 use options::Options;
 use plants::{Candidate, Identified};
-use rivals::Field;
 pub use rivals::is_searched;
+use rivals::{Field, Sketch};
 use search::{Found, Search};
 use simulates::Trial;
 use unseen::Unseen;
@@ -84,12 +85,33 @@ pub fn diagnose(
     healthy: &[Signals],
     options: &Options,
 ) -> Judged {
-    match concluded(recordings, holdout, nominal, healthy, options) {
+    let first = concluded(recordings, holdout, nominal, healthy, options);
+    let concluded = match first {
+        // What a first look at fewer samples led to does not stand: all of them are searched.
+        Some((_, Standing::Doubted)) if are_more_than_enough(recordings, holdout, healthy, options) => {
+            let all = Options { enough_samples: usize::MAX, ..options.clone() };
+            concluded(recordings, holdout, nominal, healthy, &all)
+        }
+        first => first,
+    };
+    match concluded {
         Some((found, Standing::Stands)) => Judged::Stands(Box::new(found)),
         Some((found, Standing::Colored)) => Judged::Colored(Box::new(found)),
         Some((found, Standing::Doubted)) => Judged::Doubted(Box::new(found.undecided())),
         None => Judged::Nothing,
     }
+}
+
+/// Whether a search looks at fewer samples of these recordings first.
+fn are_more_than_enough(
+    recordings: &[Signals],
+    holdout: Option<&Signals>,
+    healthy: &[Signals],
+    options: &Options,
+) -> bool {
+    let fitted = Parts::new(recordings, holdout, options).map(|parts| parts.fitted).unwrap_or_default();
+    let all: Vec<usize> = fitted.into_iter().chain(healthy.iter().map(Signals::len)).collect();
+    coarseness(&all, options.enough_samples) > 1
 }
 
 /// Whether a diagnosis stands.
@@ -120,7 +142,7 @@ fn concluded(
     let coarse = quantization(&parts.recordings, healthy, is_guessed);
     let (found, result) = match coarse {
         Some(quantum) => {
-            let found = plants.into_iter().next()?;
+            let found = plants.into_iter().next()?.refined()?;
             let search = Search { data: &found.data, options, is_plant_open };
             let result = search.coarse(found.nominal.clone(), quantum);
             (found, result)
@@ -229,7 +251,7 @@ fn recolored(
             glance.offer(kind, fit);
         }
     }
-    let field = glance.sketched(&data).finished(&nominal, &data);
+    let field = glance.sketched(&data).finished(&nominal, &data)?;
     let result = Search { data: &data, options, is_plant_open }.run(field);
     Some((Identified { nominal, data, is_guessed: found.is_guessed }, result))
 }
@@ -245,17 +267,23 @@ fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(
     let may_be = bounds.iter().map(|(_, least)| *least <= reached);
     let going_on = glances.into_iter().zip(may_be).filter_map(|(found, may_be)| may_be.then_some(found));
     let sketched = going_on.map(|(plant, glance)| {
-        let sketch = glance.sketched(&plant.data);
+        let sketch = glance.sketched(plant.data.look());
         (sketch.least_objective(least) + plant.cost(), plant, sketch)
     });
     let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let field = sketch.finished(&plant.nominal, &plant.data);
-    Some((plant, field))
+    refined(plant, sketch)
+}
+
+/// A sketch fitted to the end, and to all samples.
+fn refined(plant: Identified, sketch: Sketch) -> Option<(Identified, Field)> {
+    let field = sketch.finished(&plant.nominal, &plant.data)?;
+    let nominal = field.base.clone();
+    Some((Identified { nominal, ..plant }, field))
 }
 
 /// A look at every kind beside a plant, with what was found before.
 fn look_at(Candidate { plant, offered }: Candidate, options: &Options) -> Option<(Identified, Glance)> {
-    let mut glance = Glance::of(&plant.nominal, &plant.data, Round::First(options.least_gain))?;
+    let mut glance = Glance::of(&plant.nominal, plant.data.look(), Round::First(options.least_gain))?;
     offered.into_iter().for_each(|(kind, fit)| glance.offer(kind, fit));
     Some((plant, glance))
 }
@@ -285,8 +313,8 @@ fn identified_again(
             return None;
         }
         let (plant, glance) = look_at(candidate, options)?;
-        let field = glance.sketched(&plant.data).finished(&plant.nominal, &plant.data);
-        Some((plant, field))
+        let sketch = glance.sketched(plant.data.look());
+        refined(plant, sketch)
     };
     again().unwrap_or((found, field))
 }

@@ -36,8 +36,8 @@ const SLIDES: usize = 2;
 const DRAWN: usize = 80;
 const SCATTER: f64 = 0.03;
 
-/// The fit at the peak that a fit beside it leads to.
-pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
+/// The fit near the peak that a fit beside it leads to.
+pub fn near_needle(mut fit: Fit, data: &Data) -> Fit {
     let fixed = stuck(&fit.hypothesis);
     for _ in 0..AGAIN {
         let before = fit.objective();
@@ -52,6 +52,12 @@ pub fn at_needle(mut fit: Fit, kind: &Kind, data: &Data) -> Fit {
             break;
         }
     }
+    fit
+}
+
+/// The fit at the top of the peak that a fit is near to.
+pub fn at_needle(fit: Fit, kind: &Kind, data: &Data) -> Fit {
+    let fixed = stuck(&fit.hypothesis);
     let to_the_top = |from: Fit| {
         let Some(mut climbed) = climbed(&from, kind, data) else { return from };
         climbed.descend(data, LONG, &fixed);

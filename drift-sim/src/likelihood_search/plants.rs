@@ -5,8 +5,9 @@
 use crate::cores::AcrossCores as _;
 
 use crate::control_loop::Loop;
+use crate::estimate::first_look::{coarseness, coarser, fewer};
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::is_noise;
+use crate::estimate::hypothesis::{Hypothesis, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -30,6 +31,18 @@ pub struct Identified {
 }
 
 impl Identified {
+    /// The nominal fit of a hypothesis on the first look at data.
+    fn looked_at(hypothesis: &Hypothesis, data: Data, is_guessed: bool, options: &Options) -> Option<Self> {
+        let data = data.with_first_look(hypothesis, options.enough_samples);
+        let look = data.look();
+        Some(Self { nominal: nominal::fit(&hypothesis.sampled_as(look), look)?, data, is_guessed })
+    }
+
+    /// The same, fitted to all samples.
+    pub fn refined(self) -> Option<Self> {
+        Some(Self { nominal: refined(&self.nominal, &self.data)?, ..self })
+    }
+
     /// What the plant costs, on the scale of the objective: its numbers by Schwarz's criterion. Stated ones cost nothing.
     pub fn cost(&self) -> f64 {
         if self.is_guessed { cost(&self.nominal) } else { 0.0 }
@@ -61,6 +74,16 @@ const GUESSED_LOG: f64 = 1.5;
 /// Prior deviation of the constant load, as part of the drive's deviation: u's zero is anywhere.
 const GUESSED_LOAD: f64 = 10.0;
 
+/// Steps of a fit that goes on over all samples.
+const REFINED: usize = 15;
+
+/// A fit on the first look at data, fitted to all samples.
+fn refined(fit: &Fit, data: &Data) -> Option<Fit> {
+    let mut fit = fit.on(data)?;
+    fit.descend(data, REFINED, &[]);
+    Some(fit)
+}
+
 /// The stated plant's fit; or those of the likeliest plants, the best first. Empty where none can be simulated.
 pub fn likeliest(
     model: &Loop,
@@ -76,7 +99,7 @@ pub fn likeliest(
     let with = |model: &Loop, options: &Options, is_guessed: bool| {
         let hypothesis = super::hypothesis(model, &all, options);
         let data = Data::new(&hypothesis, all.clone(), seen.clone()).with_healthy(recordings.len());
-        Some(Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed })
+        Identified::looked_at(&hypothesis, data, is_guessed, options)
     };
     if model.plant != Plant::Identify {
         return with(model, options, false).into_iter().collect();
@@ -144,7 +167,7 @@ pub fn with_actuators(
 /// The fit of a term beside a plant.
 fn beside(term: &Term, plant: &Identified) -> Option<(&'static Kind, Fit)> {
     let wider = plant.nominal.hypothesis.with(term.clone());
-    Some((term.kind, nominal::fit_noise(&wider, &plant.data, &wider.places_of(0))?))
+    Some((term.kind, nominal::fit_noise(&wider, plant.data.look(), &wider.places_of(0))?))
 }
 
 /// An unknown plant behind an actuator.
@@ -163,7 +186,7 @@ fn behind(
     let (found, _) = identification.of_each_structure().into_iter().next()?;
     let hypothesis = super::hypothesis(&found, recordings, &options);
     let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
-    let plant = Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: true };
+    let plant = Identified::looked_at(&hypothesis, data, true, &options)?;
     let offered = vec![beside(term, &plant)?];
     Some(Candidate { plant, offered })
 }
@@ -184,8 +207,9 @@ pub fn beside_leading(
     let hypothesis = super::hypothesis(&found, recordings, &options);
     let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
     let term = term?;
-    let offered = vec![(term.kind, nominal::fit(&hypothesis.with(term), &data)?)];
-    let plant = Identified { nominal: nominal::fit(&hypothesis, &data)?, data, is_guessed: true };
+    let plant = Identified::looked_at(&hypothesis, data, true, &options)?;
+    let look = plant.data.look();
+    let offered = vec![(term.kind, nominal::fit(&hypothesis.with(term).sampled_as(look), look)?)];
     Some(Candidate { plant, offered })
 }
 
@@ -204,6 +228,10 @@ struct Identification<'a> {
 impl Identification<'_> {
     /// The loop with the likeliest plant of each structure, of those that are not far behind, and the term beside it.
     fn of_each_structure(&self) -> Vec<(Loop, Option<Term>)> {
+        let factor = coarseness(self.until, self.options.enough_samples);
+        let (of, until) = (coarser(self.of, factor), fewer(self.until, factor));
+        let model = Loop { sample_time_s: factor as f64 * self.model.sample_time_s, ..self.model.clone() };
+        let look = Identification { model: &model, of: &of, until: &until, ..*self };
         let begun = self.begun();
         let objective = |fit: &Fit| fit.objective() + cost(fit);
         // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
@@ -215,7 +243,7 @@ impl Identification<'_> {
                 let mut realised = coarse.hypothesis.realise(&coarse.point)?;
                 let term = self.beside.and_then(|_| realised.model.physics.pop());
                 let found = super::conclude::as_file(&realised.model, realised.constant_load);
-                let finer = Identification { beside: term.as_ref(), ..*self };
+                let finer = Identification { beside: term.as_ref(), ..look };
                 finer.fitted(found.plant, MORE_STEPS).map(|fit| (structure, fit))
             })
             .filter(|(_, fit)| !drifts(fit))
@@ -236,7 +264,8 @@ impl Identification<'_> {
             // A load that stays is free in every fit.
             found.physics.truncate(self.model.physics.len());
             let units = units::beside(&found.plant, &found.units);
-            loops.push((Loop { sensor: self.model.sensor, units, ..found }, term));
+            let sample_time_s = self.model.sample_time_s;
+            loops.push((Loop { sensor: self.model.sensor, units, sample_time_s, ..found }, term));
         }
         loops
     }
@@ -246,8 +275,7 @@ impl Identification<'_> {
         let longest = self.until.iter().max().copied().unwrap_or(0);
         let factor = (longest / ENOUGH).clamp(1, COARSEST);
         let direction = direction(self.of);
-        let of: Vec<Signals> = self.of.iter().map(|signals| signals.coarser(factor)).collect();
-        let until: Vec<usize> = self.until.iter().map(|samples| samples / factor).collect();
+        let (of, until) = (coarser(self.of, factor), fewer(self.until, factor));
         let sample_time_s = factor as f64 * self.model.sample_time_s;
         let model = Loop { sample_time_s, ..self.model.clone() };
         let coarser = Identification { model: &model, of: &of, until: &until, ..*self };

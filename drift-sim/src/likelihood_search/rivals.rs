@@ -11,7 +11,7 @@ use crate::stage;
 use super::decide::cost_of;
 use super::glance::{Glance, Round, gain_over};
 use super::idle;
-use super::needle::at_needle;
+use super::needle::{at_needle, near_needle};
 use super::nominal;
 use super::standing_load::prior_row;
 
@@ -23,6 +23,9 @@ const AGAIN: usize = 5;
 const POLISH: usize = 30;
 /// Part of the best one's gain from which on a kind's fit is polished and its idle numbers are counted.
 const NEAR: f64 = 0.8;
+/// Part of the best one's gain from which on a kind's fit goes on over all samples, and steps of the others there.
+const ON_ALL: f64 = 0.5;
+const BEHIND: usize = 2;
 /// Part of the best one's gain, and gain, from which on a needle is searched for.
 const NEEDLED: f64 = 0.5;
 const LEAST_NEEDLED: f64 = 60.0;
@@ -125,8 +128,18 @@ impl Sketch {
         self.short.iter().map(|(_, fit)| with(fit)).fold(self.seen.objective(), f64::min)
     }
 
-    /// The kinds that may be the one, fitted to the end on all of the data.
-    pub fn finished(self, base: &Fit, data: &Data) -> Field {
+    /// The kinds that may be the one, fitted to the end, at last on all samples of the data.
+    pub fn finished(self, base: &Fit, data: &Data) -> Option<Field> {
+        let round = self.round;
+        let field = self.ended(base, data.look());
+        if matches!(round, Round::Later(_)) && field.rivals.iter().all(|rival| !rival.ended) {
+            return field.without_rivals(data);
+        }
+        Some(field.on(data)?.judged(data))
+    }
+
+    /// The same on the samples that the short fits have seen.
+    fn ended(self, base: &Fit, data: &Data) -> Field {
         let gains: Vec<f64> = self.short.iter().map(|(_, fit)| gain_over(&self.seen, fit)).collect();
         let top = gains.iter().copied().fold(0.0, f64::max);
         let fits = self.short.iter().map(|(_, fit)| fit).zip(gains.iter().copied());
@@ -151,15 +164,15 @@ impl Sketch {
             return field;
         }
         field.share(data);
-        field.search_needles(data);
-        field.count_idle(data);
         field
     }
 }
 
 /// The kinds of a round beside a base.
 pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
-    Some(Glance::of(base, data, round)?.sketched(data).finished(base, data))
+    let look = data.look();
+    let base = base.on(look)?;
+    Glance::of(&base, look, round)?.sketched(look).finished(&base, data)
 }
 
 /// The base's point with the numbers that it shares with another fit.
@@ -213,6 +226,19 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
     }
 }
 
+/// Moves the last term's rough numbers by little.
+fn rough_again(fit: &mut Fit, data: &Data) {
+    let Some(last) = fit.hypothesis.candidates().len().checked_sub(1) else { return };
+    let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
+    let rough: Vec<usize> = fit.hypothesis.places_of(last).into_iter().filter(is_rough).collect();
+    if rough.is_empty() {
+        return;
+    }
+    let Some(tangent) = fit.tangent(data, &rough) else { return };
+    rough.iter().for_each(|place| fit.profile(data, &[*place], &tangent));
+    fit.descend(data, AGAIN, &stuck(&fit.hypothesis));
+}
+
 /// Moves the onset of each candidate that begins at once by few samples, the other numbers with it, until that helps no more: what was found first had begun
 /// where it explains most of what begins beside it, too.
 fn settle_onsets(fit: &mut Fit, data: &Data) {
@@ -258,6 +284,44 @@ fn whole_samples(fit: &mut Fit, place: usize, data: &Data, tangent: &Tangent) {
 }
 
 impl Field {
+    /// The field on all samples, where these fits were on a first look at them.
+    fn on(self, data: &Data) -> Option<Self> {
+        if std::ptr::eq(data, data.look()) {
+            return Some(self);
+        }
+        let near = self.near_the_best_of(ON_ALL);
+        let mut base = self.base.on(data)?;
+        base.descend(data, LONG, &[]);
+        let again = self.rivals.into_par_iter().zip(near).filter_map(|(rival, is_near)| {
+            let mut fit = rival.fit.on(data)?;
+            let steps = if is_near { LONG } else { BEHIND };
+            fit.descend(data, steps, &stuck(&fit.hypothesis));
+            if is_near {
+                rough_again(&mut fit, data);
+            }
+            Some(Rival { fit, ..rival })
+        });
+        let mut field = Self { base, rivals: again.collect() };
+        field.sort();
+        field.polish(data);
+        Some(field)
+    }
+
+    /// A base beside which nothing comes near to what it needs.
+    fn without_rivals(self, data: &Data) -> Option<Self> {
+        if std::ptr::eq(data, data.look()) {
+            return Some(self);
+        }
+        Some(Self { base: self.base.on(data)?, rivals: Vec::new() })
+    }
+
+    /// What is left to be done on all samples once all fits have ended.
+    fn judged(mut self, data: &Data) -> Self {
+        self.search_needles(data);
+        self.count_idle(data);
+        self
+    }
+
     /// The likeliest first.
     fn sort(&mut self) {
         self.rivals.sort_by(|a, b| a.fit.objective().total_cmp(&b.fit.objective()));
@@ -305,12 +369,12 @@ impl Field {
         let likely: Vec<Rival> =
             self.rivals.iter().filter(|rival| self.gain(rival) > least).cloned().collect();
         for rival in self.rivals.iter_mut().filter(|rival| !stuck(&rival.fit.hypothesis).is_empty()) {
-            let origins: Vec<Fit> = likely.iter().filter_map(|other| rival.like(other, data)).collect();
-            for origin in origins {
-                let found = at_needle(origin, rival.kind, data);
-                if found.objective() < rival.fit.objective() {
-                    *rival = Rival { kind: rival.kind, fit: found, ended: true, idle: 0 };
-                }
+            let origins = likely.iter().filter_map(|other| rival.like(other, data));
+            let near = origins.map(|origin| near_needle(origin, data));
+            let Some(best) = near.min_by(|a, b| a.objective().total_cmp(&b.objective())) else { continue };
+            let found = at_needle(best, rival.kind, data);
+            if found.objective() < rival.fit.objective() {
+                *rival = Rival { kind: rival.kind, fit: found, ended: true, idle: 0 };
             }
         }
         self.sort();
@@ -335,11 +399,15 @@ impl Field {
         self.near_the_best().into_par_iter().for_each(|rival| rival.idle = idle::numbers(&rival.fit, data));
     }
 
+    /// Which were fitted to the end and gain more than this part of what the best one does.
+    fn near_the_best_of(&self, part: f64) -> Vec<bool> {
+        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
+        self.rivals.iter().map(|rival| rival.ended && self.gain(rival) > part * top).collect()
+    }
+
     /// The likeliest, of those that were fitted to the end.
     fn near_the_best(&mut self) -> Vec<&mut Rival> {
-        let top = self.rivals.first().map_or(0.0, |best| self.gain(best));
-        let near: Vec<bool> =
-            self.rivals.iter().map(|rival| rival.ended && self.gain(rival) > NEAR * top).collect();
+        let near = self.near_the_best_of(NEAR);
         self.rivals.iter_mut().zip(near).filter_map(|(rival, is_near)| is_near.then_some(rival)).collect()
     }
 

@@ -37,15 +37,21 @@ pub struct Look {
     pub reach: f64,
 }
 
+/// Points from which on all are forecast over so many samples first, and the part of them that is then looked at in full.
+const MANY: usize = 2_000;
+const FIRST_SEEN: usize = 2_500;
+const KEPT: usize = 8;
+
 /// The best of points of the last candidate's parameters about a fit.
-pub fn about(base: &Base<'_>, points: Vec<Vec<f64>>, look: Look) -> Option<Vec<Begin>> {
+pub fn about(base: &Base<'_>, mut points: Vec<Vec<f64>>, look: Look) -> Option<Vec<Begin>> {
     let hypothesis = &base.fit.hypothesis;
+    if points.len() > MANY && look.seen > FIRST_SEEN {
+        let judged = Forecast::new(base, FIRST_SEEN)?.judged(points);
+        let kept = judged.len() / KEPT;
+        points = judged.into_iter().take(kept).map(|(_, parameters)| parameters).collect();
+    }
     let forecast = Forecast::new(base, look.seen)?;
-    let mut judged: Vec<(f64, Vec<f64>)> = points
-        .into_par_iter()
-        .filter_map(|parameters| Some((forecast.squares(&parameters)?, parameters)))
-        .collect();
-    judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let judged = forecast.judged(points);
     let judged = apart(judged, look.run, |(_, a), (_, b)| are_near(a, b, look.apart));
     let climbed = judged.into_par_iter().enumerate().map(|(i, (squares, parameters))| {
         let steps = Steps { count: STEPS, reach: look.reach, seed: i as u64 };
@@ -119,6 +125,15 @@ impl Forecast {
         let directions = directions.map(|values| Some(parts(&values?))).collect::<Option<_>>()?;
         let answer = scaled(&answer)?;
         Some(Self { term, model, u, left, z, directions, answer, spectrum })
+    }
+
+    /// Points with the squares that are left at each, the fewest first.
+    fn judged(&self, points: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
+        let each = points.into_par_iter();
+        let judged = each.filter_map(|parameters| Some((self.squares(&parameters)?, parameters)));
+        let mut judged: Vec<(f64, Vec<f64>)> = judged.collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        judged
     }
 
     /// The squares that are left at other parameters. The answer goes on beyond the last sample, where no innovation is known: a constant to

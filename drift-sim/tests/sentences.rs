@@ -475,6 +475,7 @@ fn said(folder: &Path, line: &str) -> (Option<i32>, String) {
 /// Every line that the commands print or tell on the way from a loop file to a diagnosis, for a person at a terminal: an oven that loses
 /// a tenth of its gain, in a recording with units that repeats one time stamp.
 #[test]
+#[ignore = "slow: every command once"]
 fn terminals_say_what_a_person_reads() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

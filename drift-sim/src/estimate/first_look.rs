@@ -84,6 +84,7 @@ mod tests {
     use crate::estimate::likelihood::Data;
     use crate::estimate::measure;
     use crate::estimate::signals::Signals;
+    use crate::likelihood_search::nominal;
     use crate::likelihood_search::options::Options;
     use crate::likelihood_search::simulates::sequence;
 
@@ -125,9 +126,7 @@ mod tests {
             Data::new(&hypothesis, recordings, vec![SAMPLES]).with_first_look(&hypothesis, SAMPLES / 5);
         let look = data.look();
         assert_eq!(look.recordings[0].len(), SAMPLES / 5);
-        let on_look = hypothesis.sampled_as(look);
-        let mut fit = Fit::at(&on_look, &on_look.own_point(), look).unwrap();
-        fit.descend(look, 30, &[]);
+        let fit = nominal::fit(&hypothesis.sampled_as(look), look).unwrap();
         let value = |fit: &Fit, target| {
             let place = fit.hypothesis.place(target).unwrap();
             fit.hypothesis.free[place].value(fit.point.x[place])

@@ -41,6 +41,22 @@ pub fn dominant(signal: &[f64]) -> Option<(f64, f64)> {
     (whole > 0.0).then(|| (at as f64 / per_cycle, power(at.saturating_sub(width), at + width + 1) / whole))
 }
 
+/// Cycles over the whole signal within which a sine has its power under the window.
+const OF_A_SINE: f64 = 2.5;
+
+/// The share of a signal's power that is about a frequency, in cycles per sample; 0 of one that never changes.
+pub fn share_about(signal: &[f64], frequency: f64) -> f64 {
+    let size = windowed(signal);
+    let cycles = 2.0 * size.len() as f64;
+    let width = OF_A_SINE / signal.len().max(1) as f64;
+    let is_about = |place: usize| (place as f64 / cycles - frequency).abs() <= width;
+    let power = |is_of: &dyn Fn(usize) -> bool| -> f64 {
+        size.iter().enumerate().filter(|(place, _)| is_of(*place)).map(|(_, size)| size * size).sum()
+    };
+    let whole = power(&|_| true);
+    if whole > 0.0 { power(&is_about) / whole } else { 0.0 }
+}
+
 /// Frequencies (cycles per sample) and amplitudes of the strongest separate peaks, strongest first.
 pub fn peaks(signal: &[f64], most: usize) -> Vec<(f64, f64)> {
     let n = signal.len();
@@ -111,6 +127,17 @@ mod tests {
         let rectangle: Vec<f64> = sine.iter().map(|x| x.signum()).collect();
         let (_, share) = dominant(&rectangle).unwrap();
         assert!((share - 0.81).abs() < 0.02, "{share}");
+    }
+
+    #[test]
+    fn each_of_two_sines_has_its_own_share() {
+        let sine = |period: f64| move |i: u32| libm::sin(std::f64::consts::TAU * f64::from(i) / period);
+        let (slow, fast) = (sine(400.0), sine(50.0));
+        let both: Vec<f64> = (0..4000).map(|i| 2.0 * slow(i) + fast(i)).collect();
+        assert!((share_about(&both, 1.0 / 400.0) - 0.8).abs() < 0.01);
+        assert!((share_about(&both, 1.0 / 50.0) - 0.2).abs() < 0.01);
+        assert!(share_about(&both, 1.0 / 100.0) < 0.001);
+        assert_eq!(share_about(&[3.0; 100], 0.1), 0.0);
     }
 
     #[test]

@@ -39,6 +39,7 @@ mod standing_load;
 mod starts;
 pub(crate) mod units;
 mod unseen;
+mod wave_in_u;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;

@@ -19,6 +19,7 @@ use super::actuators;
 use super::nominal;
 use super::options::Options;
 use super::units;
+use super::wave_in_u;
 
 /// A plant with its nominal fit, on the recordings as they are used.
 pub struct Identified {
@@ -138,7 +139,7 @@ pub struct Candidate {
     pub offered: Vec<(&'static Kind, Fit)>,
 }
 
-/// The plants with a fit of each of the likeliest actuators beside them; an open plant is identified behind each of these anew.
+/// The plants with a fit of each of the likeliest actuators beside them; an open plant is identified behind each of these anew, and beside a wave that u pays for.
 pub fn with_actuators(
     plants: Vec<Identified>,
     model: &Loop,
@@ -155,7 +156,9 @@ pub fn with_actuators(
         let behind = terms.iter().filter_map(|term| behind(term, model, recordings, fitted, options));
         let behind: Vec<Candidate> = behind.collect();
         let plain = plants.into_iter().map(|plant| Candidate { plant, offered: Vec::new() });
-        return plain.chain(behind).collect();
+        let wave = wave_in_u::of(&seen);
+        let beside_wave = wave.and_then(|term| beside_leading(&term, model, recordings, fitted, options));
+        return plain.chain(behind).chain(beside_wave).collect();
     }
     let with_offers = |plant: Identified| {
         let offered = terms.iter().filter_map(|term| beside(term, &plant)).collect();
@@ -191,8 +194,8 @@ fn behind(
     Some(Candidate { plant, offered })
 }
 
-/// An unknown plant identified anew beside a term that leads the others beside another plant: what that plant had taken up of the term's effect goes to
-/// the term.
+/// An unknown plant identified anew beside a term that leads the others beside another plant, or that shows without one: what that plant had taken up of the term's
+/// effect goes to the term.
 pub fn beside_leading(
     term: &Term,
     model: &Loop,

@@ -1,9 +1,14 @@
 //! Numbers that a recording says nothing of: an upper limit that u never comes to, say. Such a number makes a kind no more flexible, so that it costs
 //! nothing: Schwarz's half a logarithm of the samples stands for a likelihood that is curved along every number.
 
+use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
+use crate::estimate::innovations::SETTLING;
 use crate::estimate::likelihood::{Cache, Data, rows_at};
+use crate::estimate::linear_part::effect;
+use crate::physics::Hook;
+use crate::simulate::actuated;
 
 /// Change of the objective below which nothing depends on a number.
 const NOTHING: f64 = 1e-6;
@@ -33,10 +38,24 @@ pub fn numbers(fit: &Fit, data: &Data) -> usize {
     hypothesis.places_of(last).iter().filter(|place| is_idle(place)).count()
 }
 
+/// Whether the last candidate does anything to u once the filter has settled. A limit that only the first samples exceed explains how a recording begins, which nobody
+/// knows, and nothing else. True of what acts elsewhere.
+pub fn acts(fit: &Fit, data: &Data) -> bool {
+    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return false };
+    let Some(last) = realised.model.physics.last().cloned() else { return true };
+    if effect(&realised.model, &last).hooks() != [Hook::Actuator] {
+        return true;
+    }
+    let alone = Loop { physics: vec![last], ..realised.model };
+    data.recordings.iter().zip(&data.fitted).any(|(signals, fitted)| {
+        let u = signals.u.get(..*fitted).unwrap_or(&signals.u);
+        actuated(&alone, u).iter().zip(u).skip(SETTLING).any(|(left, u)| left != u)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control_loop::Loop;
     use crate::estimate::signals::Signals;
     use crate::likelihood_search::hypothesis;
     use crate::likelihood_search::options::Options;
@@ -57,6 +76,26 @@ mod tests {
                 nominal.with(Term::new("saturation", &[("lower", lower), ("upper", upper)]).unwrap());
             let fit = Fit::at(&limited, &limited.own_point(), &data).unwrap();
             assert_eq!(numbers(&fit, &data), idle, "{lower} .. {upper}");
+            assert_eq!(acts(&fit, &data), idle < 2, "{lower} .. {upper}");
         }
+    }
+
+    /// A kick of u at the beginning, as a step of the set-point makes it: a limit that it exceeds is none.
+    #[test]
+    fn a_limit_that_only_the_first_samples_exceed_does_nothing() {
+        let text = "[loop]\nsample_time_s = 0.1\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.0\ntime_constant_s = 0.5";
+        let model = Loop::parse(text, "a loop").unwrap();
+        let u: Vec<f64> = (0..600).map(|n| if n < 3 { -9.0 } else { f64::sin(f64::from(n) * 0.1) }).collect();
+        let recordings =
+            vec![Signals { sample_time_s: 0.1, r: u.clone(), y: u.clone(), u, ..Signals::default() }];
+        let nominal = hypothesis(&model, &recordings, &Options::default());
+        let data = Data::new(&nominal, recordings, vec![600]);
+        let term = |kind: &str, numbers: &[(&str, f64)]| {
+            let with = nominal.with(Term::new(kind, numbers).unwrap());
+            acts(&Fit::at(&with, &with.own_point(), &data).unwrap(), &data)
+        };
+        assert!(!term("saturation", &[("lower", -7.0), ("upper", 7.0)]));
+        assert!(term("saturation", &[("lower", -7.0), ("upper", 0.9)]));
+        assert!(term("load_step", &[("level", 0.1)]));
     }
 }

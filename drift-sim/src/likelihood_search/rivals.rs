@@ -318,6 +318,7 @@ impl Field {
     /// What is left to be done on all samples once all fits have ended.
     fn judged(mut self, data: &Data) -> Self {
         self.search_needles(data);
+        self.rivals.retain(|rival| !rival.ended || idle::acts(&rival.fit, data));
         self.count_idle(data);
         self
     }

@@ -118,13 +118,11 @@ impl Signals {
     /// bends, in the mean of the samples about it.
     pub fn coarser(&self, factor: usize) -> Self {
         let factor = factor.max(1);
-        let about = factor / 2;
         let y = if self.is_noisy() {
             let each = (0..self.len()).step_by(factor);
             each.map(|i| {
-                let known =
-                    self.y.get(i.saturating_sub(about.min(i))..(i + about.min(i) + 1).min(self.len()));
-                let known = known.unwrap_or(&[]);
+                let about = (factor / 2).min(i);
+                let known = self.y.get(i - about..(i + about + 1).min(self.len())).unwrap_or(&[]);
                 let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
                 if mean.is_finite() { mean } else { self.y.get(i).copied().unwrap_or(f64::NAN) }
             })

@@ -63,6 +63,11 @@ impl Hypothesis {
 }
 
 impl Fit {
+    /// The fit on the first look at the data that it is on.
+    pub fn on_look(&self, data: &Data) -> Option<Self> {
+        if data.has_first_look() { self.on(data.look()) } else { Some(self.clone()) }
+    }
+
     /// The fit on the samples of other data of the same recordings; `None` where it can't be simulated there.
     pub fn on(&self, data: &Data) -> Option<Self> {
         let ratio = data.sample_time_s() / self.hypothesis.model.sample_time_s;

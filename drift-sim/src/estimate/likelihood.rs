@@ -116,6 +116,11 @@ impl Data {
         self.first_look.as_deref().unwrap_or(self)
     }
 
+    /// Whether a search looks at coarser samples first.
+    pub fn has_first_look(&self) -> bool {
+        self.first_look.is_some()
+    }
+
     /// The same recordings, healthy from this one on.
     #[must_use]
     pub fn with_healthy(self, from: usize) -> Self {

@@ -39,9 +39,14 @@ impl Identified {
         Some(Self { nominal: nominal::fit(&hypothesis.sampled_as(look), look)?, data, is_guessed })
     }
 
-    /// The same, fitted to all samples.
+    /// The same, fitted to all samples; as it is where it has seen them.
     pub fn refined(self) -> Option<Self> {
-        Some(Self { nominal: refined(&self.nominal, &self.data)?, ..self })
+        if !self.data.has_first_look() {
+            return Some(self);
+        }
+        let mut nominal = self.nominal.on(&self.data)?;
+        nominal.descend(&self.data, MORE_STEPS, &[]);
+        Some(Self { nominal, ..self })
     }
 
     /// What the plant costs, on the scale of the objective: its numbers by Schwarz's criterion. Stated ones cost nothing.
@@ -74,16 +79,6 @@ const COARSEST: usize = 6;
 const GUESSED_LOG: f64 = 1.5;
 /// Prior deviation of the constant load, as part of the drive's deviation: u's zero is anywhere.
 const GUESSED_LOAD: f64 = 10.0;
-
-/// Steps of a fit that goes on over all samples.
-const REFINED: usize = 15;
-
-/// A fit on the first look at data, fitted to all samples.
-fn refined(fit: &Fit, data: &Data) -> Option<Fit> {
-    let mut fit = fit.on(data)?;
-    fit.descend(data, REFINED, &[]);
-    Some(fit)
-}
 
 /// The stated plant's fit; or those of the likeliest plants, the best first. Empty where none can be simulated.
 pub fn likeliest(
@@ -228,13 +223,33 @@ struct Identification<'a> {
     options: &'a Options,
 }
 
+/// A loop and its recordings in other samples.
+struct Samples {
+    model: Loop,
+    of: Vec<Signals>,
+    until: Vec<usize>,
+}
+
 impl Identification<'_> {
+    /// One sample in so many.
+    fn in_coarser_samples(&self, factor: usize) -> Samples {
+        let sample_time_s = factor as f64 * self.model.sample_time_s;
+        Samples {
+            model: Loop { sample_time_s, ..self.model.clone() },
+            of: coarser(self.of, factor),
+            until: fewer(self.until, factor),
+        }
+    }
+
+    /// The same from other samples.
+    fn on<'a>(&'a self, Samples { model, of, until }: &'a Samples) -> Identification<'a> {
+        Identification { model, of, until, ..*self }
+    }
+
     /// The loop with the likeliest plant of each structure, of those that are not far behind, and the term beside it.
     fn of_each_structure(&self) -> Vec<(Loop, Option<Term>)> {
-        let factor = coarseness(self.until, self.options.enough_samples);
-        let (of, until) = (coarser(self.of, factor), fewer(self.until, factor));
-        let model = Loop { sample_time_s: factor as f64 * self.model.sample_time_s, ..self.model.clone() };
-        let look = Identification { model: &model, of: &of, until: &until, ..*self };
+        let samples = self.in_coarser_samples(coarseness(self.until, self.options.enough_samples));
+        let look = self.on(&samples);
         let begun = self.begun();
         let objective = |fit: &Fit| fit.objective() + cost(fit);
         // The best start of each structure goes on: ranked too early, a slow fit loses to a plant that is none.
@@ -278,12 +293,11 @@ impl Identification<'_> {
         let longest = self.until.iter().max().copied().unwrap_or(0);
         let factor = (longest / ENOUGH).clamp(1, COARSEST);
         let direction = direction(self.of);
-        let (of, until) = (coarser(self.of, factor), fewer(self.until, factor));
-        let sample_time_s = factor as f64 * self.model.sample_time_s;
-        let model = Loop { sample_time_s, ..self.model.clone() };
-        let coarser = Identification { model: &model, of: &of, until: &until, ..*self };
+        let samples = self.in_coarser_samples(factor);
+        let coarser = self.on(&samples);
+        let Samples { model, of, .. } = &samples;
         let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
-        let plants = structures(&measure::scales(&model, &of), &of, &signs).into_par_iter().enumerate();
+        let plants = structures(&measure::scales(model, of), of, &signs).into_par_iter().enumerate();
         plants
             .filter(|(_, plant)| units::suit(&model.units, plant))
             .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))

@@ -130,11 +130,13 @@ impl Sketch {
 
     /// The kinds that may be the one, fitted to the end, at last on all samples of the data.
     pub fn finished(self, base: &Fit, data: &Data) -> Option<Field> {
-        let round = self.round;
-        let field = self.ended(base, data.look());
+        let (round, look) = (self.round, data.look());
+        let mut field = self.ended(base, look);
         if matches!(round, Round::Later(_)) && field.rivals.iter().all(|rival| !rival.ended) {
+            field.sort();
             return field.without_rivals(data);
         }
+        field.share(look);
         Some(field.on(data)?.judged(data))
     }
 
@@ -158,20 +160,13 @@ impl Sketch {
                 Rival { kind, fit, ended, idle: 0 }
             })
             .collect();
-        let mut field = Field { base: base.clone(), rivals };
-        if matches!(self.round, Round::Later(_)) && field.rivals.iter().all(|rival| !rival.ended) {
-            field.sort();
-            return field;
-        }
-        field.share(data);
-        field
+        Field { base: base.clone(), rivals }
     }
 }
 
 /// The kinds of a round beside a base.
 pub fn field(base: &Fit, data: &Data, round: Round) -> Option<Field> {
-    let look = data.look();
-    let base = base.on(look)?;
+    let (look, base) = (data.look(), base.on_look(data)?);
     Glance::of(&base, look, round)?.sketched(look).finished(&base, data)
 }
 
@@ -210,8 +205,7 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
     }
     fit.look_closer();
     fit.descend(data, AGAIN, &fixed);
-    let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
-    let rough: Vec<usize> = places.into_iter().filter(is_rough).collect();
+    let rough = rough_numbers(fit);
     if !rough.is_empty()
         && let Some(tangent) = fit.tangent(data, &rough)
     {
@@ -226,11 +220,16 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
     }
 }
 
+/// Places of the last term's numbers along which the likelihood has corners.
+fn rough_numbers(fit: &Fit) -> Vec<usize> {
+    let Some(last) = fit.hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
+    let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
+    fit.hypothesis.places_of(last).into_iter().filter(is_rough).collect()
+}
+
 /// Moves the last term's rough numbers by little.
 fn rough_again(fit: &mut Fit, data: &Data) {
-    let Some(last) = fit.hypothesis.candidates().len().checked_sub(1) else { return };
-    let is_rough = |i: &usize| fit.hypothesis.free.get(*i).is_some_and(|free| !free.smooth);
-    let rough: Vec<usize> = fit.hypothesis.places_of(last).into_iter().filter(is_rough).collect();
+    let rough = rough_numbers(fit);
     if rough.is_empty() {
         return;
     }
@@ -286,7 +285,7 @@ fn whole_samples(fit: &mut Fit, place: usize, data: &Data, tangent: &Tangent) {
 impl Field {
     /// The field on all samples, where these fits were on a first look at them.
     fn on(self, data: &Data) -> Option<Self> {
-        if std::ptr::eq(data, data.look()) {
+        if !data.has_first_look() {
             return Some(self);
         }
         let near = self.near_the_best_of(ON_ALL);
@@ -309,7 +308,7 @@ impl Field {
 
     /// A base beside which nothing comes near to what it needs.
     fn without_rivals(self, data: &Data) -> Option<Self> {
-        if std::ptr::eq(data, data.look()) {
+        if !data.has_first_look() {
             return Some(self);
         }
         Some(Self { base: self.base.on(data)?, rivals: Vec::new() })

@@ -166,7 +166,7 @@ pub fn of_term(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
             name: format!("{}.onset_s", term.kind.name),
             from: 0.0,
             scale: scales.duration_s,
-            low: 0.01,
+            low: 0.0,
             high: 0.97,
             step: 2e-3,
             prior: None,

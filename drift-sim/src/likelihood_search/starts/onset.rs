@@ -46,8 +46,8 @@ fn from_filter(base: &Base<'_>, kind: &'static Kind, weight: Weight, ramp: bool)
     let ts = base.fit.hypothesis.model.sample_time_s;
     let mut begins = Vec::new();
     let checked = |onset_s: f64| at(base, kind, onset_s);
-    if base.data.has_healthy() && !ramp {
-        // What healthy recordings lack may have begun before this one.
+    // What grows may do so from the start on; what healthy recordings lack may have begun before this one.
+    if ramp || base.data.has_healthy() {
         begins.extend(checked(0.0));
     }
     for _ in 0..CHECKED {

@@ -28,17 +28,21 @@ fn windowed(signal: &[f64]) -> Vec<f64> {
     spectrum.iter().map(|c| c.norm() * 4.0 / n as f64).collect()
 }
 
+/// The share of a spectrum's power in the places that are meant; `None` of one without power.
+fn share(size: &[f64], is_meant: impl Fn(usize) -> bool) -> Option<f64> {
+    let whole: f64 = size.iter().map(|size| size * size).sum();
+    let meant: f64 = size.iter().enumerate().filter(|(i, _)| is_meant(*i)).map(|(_, size)| size * size).sum();
+    (whole > 0.0).then(|| meant / whole)
+}
+
 /// The strongest frequency (cycles over the whole signal) and the share of the signal's power within four cycles of it: a share
 /// near one is a sine.
 pub fn dominant(signal: &[f64]) -> Option<(f64, f64)> {
-    let n = signal.len();
     let size = windowed(signal);
-    let per_cycle = 2.0 * size.len() as f64 / n as f64;
-    let power = |from: usize, to: usize| size.iter().take(to).skip(from).map(|s| s * s).sum::<f64>();
+    let per_cycle = 2.0 * size.len() as f64 / signal.len() as f64;
     let (at, _) = size.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
     let width = (4.0 * per_cycle) as usize;
-    let whole = power(0, size.len());
-    (whole > 0.0).then(|| (at as f64 / per_cycle, power(at.saturating_sub(width), at + width + 1) / whole))
+    Some((at as f64 / per_cycle, share(&size, |i| i.abs_diff(at) <= width)?))
 }
 
 /// Cycles over the whole signal within which a sine has its power under the window.
@@ -47,14 +51,9 @@ const OF_A_SINE: f64 = 2.5;
 /// The share of a signal's power that is about a frequency, in cycles per sample; 0 of one that never changes.
 pub fn share_about(signal: &[f64], frequency: f64) -> f64 {
     let size = windowed(signal);
-    let cycles = 2.0 * size.len() as f64;
+    let samples = 2.0 * size.len() as f64;
     let width = OF_A_SINE / signal.len().max(1) as f64;
-    let is_about = |place: usize| (place as f64 / cycles - frequency).abs() <= width;
-    let power = |is_of: &dyn Fn(usize) -> bool| -> f64 {
-        size.iter().enumerate().filter(|(place, _)| is_of(*place)).map(|(_, size)| size * size).sum()
-    };
-    let whole = power(&|_| true);
-    if whole > 0.0 { power(&is_about) / whole } else { 0.0 }
+    share(&size, |i| (i as f64 / samples - frequency).abs() <= width).unwrap_or(0.0)
 }
 
 /// Frequencies (cycles per sample) and amplitudes of the strongest separate peaks, strongest first.

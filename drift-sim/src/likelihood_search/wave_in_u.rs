@@ -14,9 +14,9 @@ const OF_R: f64 = 0.1;
 pub fn of(recordings: &[Signals]) -> Option<Term> {
     let signals = recordings.first()?;
     let (near, _) = *peaks(&signals.u, 1).first()?;
-    let frequency = finer(&signals.u, near);
-    let is_paid_for = share_about(&signals.u, frequency) > OF_U && share_about(&signals.r, frequency) < OF_R;
-    let [sine, cosine] = is_paid_for.then(|| parts(&signals.u, frequency))?;
+    let is_paid_for = share_about(&signals.u, near) > OF_U && share_about(&signals.r, near) < OF_R;
+    let frequency = is_paid_for.then(|| finer(&signals.u, near))?;
+    let [sine, cosine] = parts(&signals.u, frequency);
     let (amplitude, phase) = (libm::hypot(sine, cosine), libm::atan2(cosine, sine));
     let hz = frequency / signals.sample_time_s;
     Term::new("periodic_load", &[("amplitude", amplitude), ("frequency_hz", hz), ("phase", phase)]).ok()

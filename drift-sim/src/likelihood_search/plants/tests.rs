@@ -1,0 +1,73 @@
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::{direction, gain_of_changes, likeliest};
+use crate::control_loop::Loop;
+use crate::estimate::level::gain_at_rest;
+use crate::estimate::signals::Signals;
+use crate::likelihood_search::options::Options;
+use crate::likelihood_search::simulates::sequence;
+
+/// u makes up for a load that grows and moves y to and fro: the gain is that of the motion, twice too small by the deviations.
+#[test]
+fn a_loop_at_rest_tells_its_gain_by_its_changes() {
+    let wave = |n: usize| if n % 20 < 10 { 1.0 } else { -1.0 };
+    let y: Vec<f64> = (0..2000).map(|n| 50.0 + 1.4 * wave(n)).collect();
+    let u: Vec<f64> = (0..2000).map(|n| wave(n) + 0.02 * n as f64).collect();
+    let signals = Signals { y, u, sample_time_s: 1.0, ..Signals::default() };
+    let gain = gain_of_changes(&[signals], 10, 0.0).unwrap();
+    assert!((gain / 1.4 - 1.0).abs() < 0.01, "{gain}");
+}
+
+/// A flow of 970 under a valve at 72.3 %, whose u moves by 0.2: y = 970 + gain*(u - 72.3) behind a lag of three samples, written out. The sizes of y and u say another
+/// gain, for a slow load moves y as well.
+fn flow(gain: f64) -> Signals {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let wandering = sequence(1500, 2.0, 0.98, &mut random);
+    let noise = sequence(1500, 0.1, 0.0, &mut random);
+    let mut level = 0.0;
+    let u: Vec<f64> = (0..1500).map(|n| 72.3 + 0.2 * libm::sin((n / 40 * 17) as f64)).collect();
+    let y = u.iter().zip(wandering).zip(noise).map(|((u, load), noise)| {
+        let y = 970.0 + level + noise;
+        level += (1.0 - libm::exp(-1.0 / 3.0)) * (gain * (u - 72.3) - load - level);
+        y
+    });
+    Signals { y: y.collect(), r: vec![970.0; 1500], u, sample_time_s: 10.0, ..Signals::default() }
+}
+
+#[test]
+fn a_loop_far_from_zero_tells_its_gain() {
+    let open =
+        "[loop]\nsample_time_s = 10.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n";
+    let open = Loop::parse(open, "a flow").unwrap();
+    for gain in [8.0, 40.0] {
+        let found = likeliest(&open, &[flow(gain)], &[1500], &[], &Options::default());
+        let plants = found.iter().filter_map(|found| found.nominal.hypothesis.realise(&found.nominal.point));
+        // Of an oscillator only the product of gain and rate shows.
+        let plant = plants.map(|realised| realised.model.plant).find(|p| p.u_at_rest(0.0).is_some()).unwrap();
+        let fitted = gain_at_rest(&plant).unwrap() * plant.drive_gain();
+        assert!((fitted / gain - 1.0).abs() < 0.05, "{gain}: {plant:?}");
+    }
+}
+
+/// u = 5*(r - y) and its integral: the law answers to the error, so that the plant's gain is positive. A plant that answers within a sample turns the sign of the
+/// changes; the integral then contradicts it, and no sign is known.
+#[test]
+fn the_law_tells_the_sign_of_the_gain_unless_the_plant_answers_within_a_sample() {
+    let with_plant = |own: f64| {
+        let mut integral = 0.0;
+        let e: Vec<f64> = (0..3000).map(|n| libm::sin(n as f64 / 9.0)).collect();
+        let u = e.iter().map(|e| {
+            integral += 0.2 * e;
+            integral - own * e
+        });
+        Signals {
+            y: e.iter().map(|e| -e).collect(),
+            u: u.collect(),
+            r: vec![0.0; 3000],
+            ..Signals::default()
+        }
+    };
+    assert_eq!(direction(&[with_plant(-5.0)]), 1.0);
+    assert_eq!(direction(&[with_plant(2.0)]), 0.0);
+}

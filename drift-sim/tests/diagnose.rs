@@ -202,6 +202,18 @@ fn a_load_from_the_start_is_named_beside_friction() {
     assert_eq!(named(&found(OVEN, &[loss, colder])), ["gain_loss"]);
 }
 
+/// A load that grows from the first sample on is that alone. An onset a hundredth of the recording late left a load that stays beside it.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn a_load_that_grows_from_the_start_is_named_alone() {
+    let found = found(MOTOR, &[Term::new("load_ramp", &[("rate_per_s", 0.003)]).unwrap()]);
+    let [named] = found.physics.as_slice() else { panic!("{:?}", found.physics) };
+    assert_eq!(named.term.kind.name, "load_ramp");
+    assert!(named.term.onset_s < 0.4, "{named:?}");
+    let rate = named.term.value("rate_per_s").unwrap();
+    assert!((rate - 0.003).abs() < 2.0 * named.half_widths[0], "{named:?}");
+}
+
 /// The mass grows at 22 s, while the motor turns evenly for 8 s: when, that recording does not tell. The hold-out, which moves then, does not put the cause aside.
 #[test]
 #[ignore = "slow: two diagnoses"]

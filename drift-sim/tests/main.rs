@@ -13,6 +13,7 @@ mod calibration_promise;
 mod design_command;
 mod diagnose;
 mod diagnose_command;
+mod diagnose_unknown_motor;
 mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;

@@ -41,8 +41,8 @@ pub(super) static KIND: Kind = Kind {
 };
 
 fn coarse(s: &Scales) -> Vec<Start> {
-    let bands = (0..40).map(|i| 0.003 * libm::pow(300.0, f64::from(i) / 39.0));
-    let points = bands.flat_map(|band| [0.12, 0.3, 0.45].map(|jump| (band, jump)));
+    let bands = (0..20).map(|i| 0.003 * libm::pow(300.0, f64::from(i) / 19.0));
+    let points = bands.flat_map(|band| [0.12, 0.45].map(|jump| (band, jump)));
     grid(points, |(band, jump)| vec![band * s.u_range, jump * band * s.u_range, 0.0])
 }
 

@@ -134,6 +134,8 @@ impl<T: Side, const N: usize> Shows<T, N> {
 pub(super) struct Run<'a, T, const N: usize> {
     pub(super) lanes: Lanes<'a>,
     driven: Vec<Arc<Driven>>,
+    /// Whether the same reaches the plants of all lanes, as where the plant's numbers are what they differ in.
+    is_driven_alike: bool,
     pub(super) signals: &'a Signals,
     samples: usize,
     pub(super) has_sensor_terms: bool,
@@ -170,11 +172,13 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         memory: &Memory,
     ) -> Option<Self> {
         let samples = counted.end.min(signals.len());
-        let driven =
+        let driven: Vec<Arc<Driven>> =
             lanes.iter_mut().map(|lane| memory.driven(&mut lane.simulation, signals, samples)).collect();
+        let is_driven_alike = driven.windows(2).all(|pair| Arc::ptr_eq(&pair[0], &pair[1]));
         let zero = T::all(0.0);
         let mut run = Self {
             driven,
+            is_driven_alike,
             signals,
             samples,
             has_sensor_terms: lanes.iter().any(|lane| lane.simulation.has_sensor_terms()),
@@ -267,11 +271,8 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         } else {
             self.straight(moves, &moves.behind(*gains), &samples, (&drives, &mut scaled));
         }
-        for (n, e) in samples.clone().zip(scaled) {
-            if self.signals.y.get(n).is_some_and(|y| y.is_finite()) {
-                self.gone.innovation(n, e * gains.per_deviation, gains.log_variance);
-            }
-        }
+        let measured = self.signals.y.get(samples.clone()).unwrap_or(&[]);
+        self.gone.innovations((samples.start, measured), &scaled, gains);
     }
 
     /// The drive's older and newer value over each sample, but for the filter's load.
@@ -283,6 +284,12 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         let held: [&[(f64, f64)]; LANES] =
             std::array::from_fn(|lane| of(lane).held.get(samples.clone()).unwrap_or(&[]));
         let has_load = self.driven.iter().any(|driven| !driven.load.is_empty());
+        if self.is_driven_alike && !has_load {
+            for (slot, (older, newer)) in drives.iter_mut().zip(held[0]) {
+                *slot = (gain * T::all(*older) + rest, gain * T::all(*newer) + rest);
+            }
+            return;
+        }
         for (i, slot) in drives.iter_mut().take(samples.len()).enumerate() {
             let held = |lane: usize| held[lane].get(i).copied().unwrap_or_default();
             let mut rest = rest;

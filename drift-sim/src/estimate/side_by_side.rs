@@ -150,6 +150,33 @@ impl<T: Side> Gone<T> {
         }
     }
 
+    /// The same of samples from one on under the same gains, y with them: what was not measured has none.
+    #[inline(always)]
+    pub fn innovations<const N: usize>(
+        &mut self,
+        (first, measured): (usize, &[f64]),
+        innovations: &[T],
+        gains: &Gains<T, N>,
+    ) {
+        let skipped = self.counts_from.saturating_sub(first).min(measured.len());
+        let counted = measured.get(skipped..).unwrap_or(&[]);
+        let innovations = innovations.get(skipped..).unwrap_or(&[]);
+        for y in counted {
+            if y.is_finite() {
+                self.log_variances = self.log_variances + gains.log_variance;
+                self.count += 1;
+            }
+        }
+        for (lane, kept) in self.scaled.iter_mut().enumerate() {
+            let slots = kept.get_mut(first + skipped..).unwrap_or(&mut []);
+            for ((slot, e), y) in slots.iter_mut().zip(innovations).zip(counted) {
+                if y.is_finite() {
+                    *slot = (*e * gains.per_deviation).lane(lane);
+                }
+            }
+        }
+    }
+
     /// Those of each lane; a diverging run stays diverged: the last sample tells.
     pub fn found(self) -> Vec<Option<Innovations>> {
         let (log_variances, count) = (self.log_variances, self.count);

@@ -88,6 +88,13 @@ pub trait Effect: Send + Sync {
         u
     }
 
+    /// [`Effect::actuator`] of all samples from one on, each in its place: what is asked of a term once is asked of it directly.
+    fn actuator_over(&mut self, from: usize, sample_time_s: f64, values: &mut [f64]) {
+        for (n, value) in (from..).zip(values) {
+            *value = self.actuator(n as f64 * sample_time_s, *value);
+        }
+    }
+
     /// What reaches the plant over a sub-step, as its mean, from what leaves the actuator.
     fn filter(&mut self, w: f64) -> f64 {
         w
@@ -96,6 +103,13 @@ pub trait Effect: Send + Sync {
     /// A disturbance, subtracted from the drive: its mean over `[t, t + h]`.
     fn load(&self, _t: f64, _h: f64) -> f64 {
         0.0
+    }
+
+    /// [`Effect::load`] over all samples from one on, added to what is there.
+    fn load_over(&self, from: usize, sample_time_s: f64, sums: &mut [f64]) {
+        for (n, sum) in (from..).zip(sums) {
+            *sum += self.load(n as f64 * sample_time_s, sample_time_s);
+        }
     }
 
     /// A force (in the drive's unit) that depends on where the plant is, added to the drive.

@@ -117,35 +117,40 @@ impl Simulation {
     /// What reaches the plant under a recorded u and the columns of its inputs, from the first sample on; to be asked for once.
     pub fn driven(&mut self, u: &[f64], columns: &[Vec<f64>]) -> Driven {
         let mut driven = Driven::default();
-        let mut passed = Vec::new();
-        let has_load = self.terms.has_load() || !columns.is_empty();
-        let is_changed = self.terms.has_actuator() || !columns.is_empty();
-        if has_load || is_changed {
-            let mut now = vec![0.0; columns.len()];
-            for (n, u) in u.iter().enumerate() {
-                let tick = n as u64;
-                let t = tick as f64 * self.sample_time_s;
-                for (value, column) in now.iter_mut().zip(columns) {
-                    *value = column.get(n).copied().unwrap_or(0.0);
-                }
-                if is_changed {
-                    let outside = entering(&self.inputs, Enters::Actuator, &now);
-                    passed.push(self.terms.actuator(tick, t, u + outside));
-                }
-                if has_load {
-                    let of_terms = self.terms.load(tick, t, self.sample_time_s);
-                    driven.load.push(entering(&self.inputs, Enters::Load, &now) + of_terms);
-                }
-                if !columns.is_empty() {
-                    driven.at_sensor.push(entering(&self.inputs, Enters::Sensor, &now));
-                }
-            }
+        if self.terms.has_load() || !columns.is_empty() {
+            driven.load = self.terms.load_over(self.sample_time_s, u.len());
+            self.add_inputs(Enters::Load, columns, &mut driven.load);
         }
-        driven.held = self.delayed(if is_changed { &passed } else { u });
+        if !columns.is_empty() {
+            driven.at_sensor = vec![0.0; u.len()];
+            self.add_inputs(Enters::Sensor, columns, &mut driven.at_sensor);
+        }
+        driven.held = if self.terms.has_actuator() || !columns.is_empty() {
+            let mut passed = u.to_vec();
+            self.add_inputs(Enters::Actuator, columns, &mut passed);
+            self.terms.actuator_over(self.sample_time_s, &mut passed);
+            self.delayed(&passed)
+        } else {
+            self.delayed(u)
+        };
         if self.takes_the_mean() {
             self.filter(&mut driven.held);
         }
         driven
+    }
+
+    /// What the measured inputs add at a place, from the first sample on.
+    fn add_inputs(&self, place: Enters, columns: &[Vec<f64>], sums: &mut [f64]) {
+        if columns.is_empty() {
+            return;
+        }
+        let mut now = vec![0.0; columns.len()];
+        for (n, sum) in sums.iter_mut().enumerate() {
+            for (value, column) in now.iter_mut().zip(columns) {
+                *value = column.get(n).copied().unwrap_or(0.0);
+            }
+            *sum += entering(&self.inputs, place, &now);
+        }
     }
 
     /// What reaches a plant that is stepped along the way over each sample, as its mean, of what leaves the dead time.
@@ -165,14 +170,20 @@ impl Simulation {
     /// What leaves the dead time, the older value and the newer, of what enters it.
     fn delayed(&self, entering: &[f64]) -> Vec<(f64, f64)> {
         let before = self.line.first();
-        let back =
-            |n: usize, by: usize| n.checked_sub(by).and_then(|n| entering.get(n)).copied().unwrap_or(before);
-        let mut held = Vec::with_capacity(entering.len());
+        let mut held = vec![(before, before); entering.len()];
         for (i, change) in self.changes.iter().enumerate() {
             let next = self.changes.get(i + 1).map_or(u64::MAX, |next| next.tick);
-            let until = usize::try_from(next).unwrap_or(usize::MAX).min(entering.len());
-            let more = usize::from(change.part > 0.0);
-            held.extend((held.len()..until).map(|n| (back(n, change.whole + more), back(n, change.whole))));
+            let [from, until] = [change.tick, next]
+                .map(|tick| usize::try_from(tick).unwrap_or(usize::MAX).min(entering.len()));
+            // Until something has passed the dead time, what was before does.
+            let mut late = |by: usize, set: fn(&mut (f64, f64), f64)| {
+                let first = from.max(by);
+                let slots = held.get_mut(first..until).unwrap_or(&mut []);
+                let passed = entering.get(first - by..).unwrap_or(&[]);
+                slots.iter_mut().zip(passed).for_each(|(slot, value)| set(slot, *value));
+            };
+            late(change.whole + usize::from(change.part > 0.0), |slot, value| slot.0 = value);
+            late(change.whole, |slot, value| slot.1 = value);
         }
         held
     }

@@ -416,8 +416,9 @@ pub fn replay(
 /// What leaves the actuator's terms under a recorded u.
 pub fn actuated(model: &Loop, u: &[f64]) -> Vec<f64> {
     let mut terms = Terms::new(model, 0, model.sample_time_s);
-    let at = |n: usize| (n as u64, n as f64 * model.sample_time_s);
-    u.iter().enumerate().map(|(n, u)| terms.actuator(at(n).0, at(n).1, *u)).collect()
+    let mut leaving = u.to_vec();
+    terms.actuator_over(model.sample_time_s, &mut leaving);
+    leaving
 }
 
 /// The loop before the first sample of a run that these drive.

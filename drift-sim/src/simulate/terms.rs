@@ -156,6 +156,18 @@ impl Terms {
         through(&self.actuator, &mut self.effects, tick, u, |effect, u| effect.actuator(t, u))
     }
 
+    /// What leaves the actuator over all samples, each in the place of what enters it.
+    pub fn actuator_over(&mut self, sample_time_s: f64, values: &mut [f64]) {
+        for (first, index) in &self.actuator {
+            let from = usize::try_from(*first).unwrap_or(usize::MAX);
+            if let Some(effect) = self.effects.get_mut(*index)
+                && let Some(values) = values.get_mut(from..)
+            {
+                effect.actuator_over(from, sample_time_s, values);
+            }
+        }
+    }
+
     #[inline]
     pub fn filter(&mut self, tick: u64, w: f64) -> f64 {
         through(&self.filter, &mut self.effects, tick, w, |effect, w| effect.filter(w))
@@ -197,6 +209,20 @@ impl Terms {
     #[inline]
     pub fn load(&self, tick: u64, t: f64, h: f64) -> f64 {
         self.begun(&self.load, tick).map(|effect| effect.load(t, h)).sum()
+    }
+
+    /// The load over each of so many samples.
+    pub fn load_over(&self, sample_time_s: f64, samples: usize) -> Vec<f64> {
+        let mut sums = vec![0.0; samples];
+        for (first, index) in &self.load {
+            let from = usize::try_from(*first).unwrap_or(usize::MAX);
+            if let Some(effect) = self.effects.get(*index)
+                && let Some(sums) = sums.get_mut(from..)
+            {
+                effect.load_over(from, sample_time_s, sums);
+            }
+        }
+        sums
     }
 
     #[inline]

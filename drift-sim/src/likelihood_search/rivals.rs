@@ -9,7 +9,7 @@ use crate::physics::{Kind, Parameter, Place, Start, Starts};
 use crate::stage;
 
 use super::decide::cost_of;
-use super::glance::{Glance, Round, gain_over};
+use super::glance::{Glance, Round, gain_over, second_round};
 use super::idle;
 use super::needle::{at_needle, near_needle};
 use super::nominal;
@@ -106,18 +106,24 @@ pub struct Sketch {
     pub seen: Fit,
     /// A short fit of each kind.
     pub short: Vec<(&'static Kind, Fit)>,
+    /// Fits that were found another way.
+    pub offered: Vec<(&'static Kind, Fit)>,
     /// The round.
     pub round: Round,
 }
 
 impl Sketch {
-    /// A kind's fit that was found another way, where it is better.
-    pub fn offer(&mut self, kind: &'static Kind, fit: Fit) {
-        match self.short.iter_mut().find(|(of, _)| *of == kind) {
-            Some((_, known)) if known.objective() <= fit.objective() => {}
-            Some((_, known)) => *known = fit,
-            None => self.short.push((kind, fit)),
+    /// Every kind again from the shared numbers of the best one, and those that were found another way where they are better.
+    fn again(self, data: &Data) -> Self {
+        let mut short = second_round(self.short, &self.seen, data);
+        for (kind, fit) in self.offered {
+            match short.iter_mut().find(|(of, _)| *of == kind) {
+                Some((_, known)) if known.objective() <= fit.objective() => {}
+                Some((_, known)) => *known = fit,
+                None => short.push((kind, fit)),
+            }
         }
+        Self { short, offered: Vec::new(), ..self }
     }
 
     /// The least objective of base and kinds, with the cost of a kind's numbers and what it must gain at `least`: a plant that needs no physics is
@@ -125,13 +131,14 @@ impl Sketch {
     pub fn least_objective(&self, least: f64) -> f64 {
         let with =
             |fit: &Fit| fit.objective() + 2.0 * (least + cost_of(fit, fit.hypothesis.candidates().len() - 1));
-        self.short.iter().map(|(_, fit)| with(fit)).fold(self.seen.objective(), f64::min)
+        let all = self.short.iter().chain(&self.offered);
+        all.map(|(_, fit)| with(fit)).fold(self.seen.objective(), f64::min)
     }
 
     /// The kinds that may be the one, fitted to the end, at last on all samples of the data.
     pub fn finished(self, base: &Fit, data: &Data) -> Option<Field> {
         let (round, look) = (self.round, data.look());
-        let mut field = self.ended(base, look);
+        let mut field = self.again(look).ended(base, look);
         if matches!(round, Round::Later(_)) && field.rivals.iter().all(|rival| !rival.ended) {
             field.sort();
             return field.without_rivals(data);

@@ -299,7 +299,11 @@ fn better(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
 }
 
 /// Every kind again from the shared numbers of the best one; what begins at once, or grows from some time on, also from when the best of those begins.
-pub fn second_round(mut short: Vec<(&'static Kind, Fit)>, base: &Fit, data: &Data) -> Vec<(&'static Kind, Fit)> {
+pub fn second_round(
+    mut short: Vec<(&'static Kind, Fit)>,
+    base: &Fit,
+    data: &Data,
+) -> Vec<(&'static Kind, Fit)> {
     let gain = |fit: &Fit| gain_over(base, fit);
     let Some((leader, best)) =
         short.iter().min_by(|a, b| a.1.objective().total_cmp(&b.1.objective())).cloned()

@@ -13,7 +13,8 @@ const TRIAL: f64 = 0.02;
 const CLIMBED: usize = 8;
 const STEPS: usize = 20;
 const REACH: f64 = 0.15;
-/// What the best point of a grid must promise for a climb: from less none of 100 climbs on generated loops came to more than 7, and a name needs 36.
+/// What the best point of a grid must promise for a climb. Of 126 climbs from less, on generated loops, four came to 10 or more (up to 159), and none where
+/// a valve sticks or plays.
 const WORTH_A_CLIMB: f64 = 10.0;
 
 /// Logarithm of a gain from which a start is tried with it as well.

@@ -1,6 +1,7 @@
 //! A loop: controller + plant + sensor + measured inputs + a list of physics terms.
 
 use crate::controller::Controller;
+use crate::measured_input::Input;
 use crate::physics::{Term, UnitNames, Units};
 use crate::plant::{Plant, StateSpace};
 use crate::sentences::typed;
@@ -37,41 +38,6 @@ pub struct Loop {
 pub struct Sensor {
     /// Standard deviation of the white noise that it adds, in the unit of y; 0 for none.
     pub noise: f64,
-}
-
-/// A measured signal that enters the loop.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Input {
-    /// Its column in recordings.
-    pub column: String,
-    /// Where it enters, and with which sign.
-    pub enters: Enters,
-    /// What it is multiplied by.
-    pub gain: f64,
-}
-
-impl Input {
-    /// One that no recording has a column for, such as noise that is drawn.
-    pub fn made(enters: Enters) -> Self {
-        Self { column: String::new(), enters, gain: 1.0 }
-    }
-}
-
-/// Where a measured signal enters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Enters {
-    /// Added after the controller's own output.
-    Actuator,
-    /// Subtracted from the plant's drive.
-    Load,
-    /// Added to y, before the sensor's own terms that act on what it shows.
-    Sensor,
-}
-
-impl Enters {
-    /// All, as the loop file names them.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("actuator", Self::Actuator), ("load", Self::Load), ("sensor", Self::Sensor)];
 }
 
 impl Loop {
@@ -117,6 +83,17 @@ impl Loop {
     /// The units that parameters are built from.
     pub fn unit_names(&self) -> UnitNames {
         UnitNames::new(&self.units, &self.plant)
+    }
+
+    /// The columns of a recording, beside r, y and u, that its measured inputs are made of.
+    pub fn input_columns(&self) -> Vec<String> {
+        let mut columns: Vec<String> = Vec::new();
+        for column in self.inputs.iter().flat_map(Input::columns) {
+            if !["r", "y", "u"].contains(&column) && !columns.iter().any(|known| known == column) {
+                columns.push(column.to_owned());
+            }
+        }
+        columns
     }
 
     /// The same loop with one more term.

@@ -47,6 +47,7 @@ pub mod init;
 pub mod likelihood_search;
 pub mod look;
 pub mod loop_file;
+pub mod measured_input;
 pub mod monitor;
 pub mod output;
 pub mod paper;

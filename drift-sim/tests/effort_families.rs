@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 
 use drift_sim::baseline_file::{BaselineFile, HostMonitor};
 use drift_sim::calibrate::{Calibration, Options, Signals, calibrate};
-use drift_sim::control_loop::{Enters, Input, Loop};
+use drift_sim::control_loop::Loop;
+use drift_sim::measured_input::{Enters, Gain, Input};
 use drift_sim::physics::Term;
 use drift_sim::plant::Plant;
 use drift_sim::reference::Reference;
@@ -54,7 +55,7 @@ fn family(
     holding: fn(f64) -> f64,
 ) -> Family {
     let mut model = Loop::parse(file, name).unwrap();
-    model.inputs = vec![Input { column: "load".to_owned(), enters: Enters::Load, gain: 1.0 }];
+    model.inputs = vec![Input::of_column("load", Enters::Load, Gain::Stated(1.0))];
     Family { name, model, window, levels, holding, healthy: 3000, process_noise: 0.03 }
 }
 

@@ -23,6 +23,7 @@ mod init;
 mod init_real;
 mod limit_cycles;
 mod look_command;
+mod measured_inputs;
 mod monitor;
 mod monitor_command;
 mod operating_point;

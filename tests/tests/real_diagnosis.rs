@@ -26,7 +26,7 @@ fn folder(name: &str) -> Option<PathBuf> {
 }
 
 fn signals(path: &Path, model: &Loop) -> Signals {
-    let extra = model.inputs.iter().map(|input| input.column.clone()).collect();
+    let extra = model.input_columns();
     let options = ReadOptions { extra, ..ReadOptions::default() };
     Signals::new(&Recording::read(path, &options).unwrap(), model).unwrap()
 }

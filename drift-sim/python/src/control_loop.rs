@@ -36,7 +36,7 @@ impl Loop {
 
     #[getter]
     fn inputs(&self) -> Vec<String> {
-        self.0.inputs.iter().map(|input| input.column.clone()).collect()
+        self.0.input_columns()
     }
 
     fn __eq__(&self, other: &Self) -> bool {

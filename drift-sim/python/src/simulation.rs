@@ -41,14 +41,28 @@ impl Followed {
             Self::Recording(driving) => {
                 let trace = driving.trace(model, seed, length)?;
                 let cut = |x: &[f64]| x.get(..trace.y.len()).unwrap_or(x).to_vec();
-                (cut(driving.r()), driving.inputs().iter().map(|x| cut(x)).collect(), trace)
+                (cut(driving.r()), driving.columns().iter().map(|x| cut(x)).collect(), trace)
             }
             Self::Given(mut r, mut inputs) => {
                 if let Some(length) = length {
                     r.truncate(length);
                     inputs.iter_mut().for_each(|column| column.truncate(length));
                 }
-                let trace = sampled::simulate(model, &r, &inputs, seed, None)?;
+                if inputs.iter().any(|column| column.len() != r.len()) {
+                    return Err(drift_sim::Error::new("a measured input has another length than the reference")
+                        .allowed("one value for each sample of the reference"));
+                }
+                let names = model.input_columns();
+                let column = |name: &str| {
+                    let place = names.iter().position(|known| known == name);
+                    place.and_then(|place| inputs.get(place)).map(Vec::as_slice).ok_or_else(|| {
+                        drift_sim::Error::new(format!("the measured input is made of {name}, which is not given"))
+                            .allowed("a recording as the reference")
+                    })
+                };
+                let made = model.inputs.iter().map(|input| input.values_of(column));
+                let made: Vec<Vec<f64>> = made.collect::<drift_sim::Result<_>>()?;
+                let trace = sampled::simulate(model, &r, &made, seed, None)?;
                 (r, inputs, trace)
             }
             Self::Random(reference, length) => {

@@ -261,7 +261,7 @@ fn features_of(model: &Loop, signals: &Signals) -> Vec<Feature> {
         Feature::time(signals.len()),
     ];
     let inputs = model.inputs.iter().zip(&signals.inputs);
-    all.extend(inputs.map(|(input, value)| Feature::graded(&input.column, value)));
+    all.extend(inputs.map(|(input, value)| Feature::graded(&input.name(), value)));
     all
 }
 

@@ -51,7 +51,7 @@ impl Signals {
         model.check_sample_time(recording.sample_time_s).map_err(|e| e.in_file(&recording.name))?;
         let closed = closed(recording);
         let part = |x: &[f64]| held(x.get(closed.clone()).unwrap_or(&[]));
-        let inputs = model.inputs.iter().map(|input| recording.column(&input.column).map(part));
+        let inputs = model.inputs.iter().map(|input| input.values(recording).map(|values| part(&values)));
         let drawn = recording.interpolated_y().unwrap_or_default();
         let is_drawn = |i: usize| drawn.get(i).copied().unwrap_or(false);
         let known = |i: usize| recording.state.get(i) != Some(&RowState::Manual) && !is_drawn(i);

@@ -1,7 +1,8 @@
 //! The free numbers of a hypothesis: what each stands for, how a fit moves it, and how far.
 
+use crate::measured_input::{Enters, Input};
 use crate::physics::{Over, Range, Scales, Searched, Starts, Term};
-use crate::plant::{Number, Role};
+use crate::plant::{Number, Plant, Role};
 
 use super::hypothesis::Priors;
 
@@ -12,6 +13,8 @@ pub enum Target {
     Plant(usize),
     /// A load that stays.
     ConstantLoad,
+    /// The gain of the measured input of this place.
+    InputGain(usize),
     /// How late the recording shows y.
     Late,
     /// Parameter `parameter` of the term `term` of the loop.
@@ -189,6 +192,27 @@ pub fn constant_load(scales: &Scales, priors: &Priors) -> Free {
         prior: Some(priors.constant_load),
         smooth: true,
     }
+}
+
+/// The gain of a measured input, where it is free: none of one that never changes. One of x moves the drive by its own deviation.
+pub fn of_input(i: usize, input: &Input, plant: &Plant, scales: &Scales, priors: &Priors) -> Option<Free> {
+    let (_, deviation) = scales.inputs.get(i).copied().filter(|(_, deviation)| *deviation > 0.0)?;
+    let size = match input.enters {
+        Enters::Load => scales.drive,
+        Enters::Actuator => scales.drive / plant.drive_gain().abs(),
+        Enters::Sensor => return None,
+    };
+    input.gain.is_free().then(|| Free {
+        target: Target::InputGain(i),
+        name: format!("input.{}.gain", input.name()),
+        from: input.gain.value(),
+        scale: size / deviation,
+        low: -FAR,
+        high: FAR,
+        step: STEP,
+        prior: Some(priors.input_gain),
+        smooth: true,
+    })
 }
 
 /// How late the recording shows y.

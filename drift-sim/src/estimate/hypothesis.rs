@@ -2,6 +2,7 @@
 //! a loop that the simulator runs and the noise that the filter reckons with.
 
 use crate::control_loop::Loop;
+use crate::measured_input::{Enters, Gain, Input};
 use crate::physics::{Family, Hook, Scales, Searched, Start, Starts, Term};
 use crate::plant::{Number, Plant, Role};
 
@@ -19,6 +20,9 @@ pub struct Priors {
     pub constant_load: f64,
     /// Whether the constant load is counted from the one under which the plant rests at the recordings' level: it is, where the plant is unknown.
     pub about_level: bool,
+    /// Prior deviation of a measured input's gain that is to be found, in those under which the input moves the drive as much as u does: it keeps one from running away of
+    /// which a recording says nothing.
+    pub input_gain: f64,
     /// Prior deviation of the time by which y is late, in samples.
     pub late_samples: f64,
     /// Longest time constant of the random load, as part of the recording: longer ones swallow slow physics.
@@ -33,6 +37,7 @@ impl Default for Priors {
             plant_log: 0.25,
             constant_load: 0.3,
             about_level: false,
+            input_gain: 10.0,
             late_samples: 0.3,
             longest_tau: 0.1,
             most_rho_atanh: 1.85,
@@ -96,13 +101,21 @@ impl Hypothesis {
         }
         let own_delay = numbers.iter().any(|number| number.role == Role::Delay && number.value > 0.0);
         free.push(free::constant_load(scales, priors));
+        let inputs = model.inputs.iter().enumerate();
+        free.extend(inputs.filter_map(|(i, input)| free::of_input(i, input, &model.plant, scales, priors)));
         if !own_delay {
             free.push(free::late(model.sample_time_s, priors));
         }
         free.extend(free::of_noise(scales, priors));
-        let model = Loop { sensor: crate::control_loop::Sensor { noise: 0.0 }, ..model.clone() };
+        let mut model = Loop { sensor: crate::control_loop::Sensor { noise: 0.0 }, ..model.clone() };
+        for input in model.inputs.iter_mut().filter(|input| input.gain.is_open()) {
+            input.gain = Gain::Found(0.0);
+        }
         let stated = model.physics.len();
-        let means = (scales.u_mean, scales.y_mean);
+        let inputs = model.inputs.iter().zip(&scales.inputs);
+        let measured_load =
+            inputs.map(|(input, (mean, _))| load_of(input, &model.plant, input.gain.value() * mean)).sum();
+        let means = (scales.u_mean, scales.y_mean, measured_load);
         let level = if priors.about_level { Level::of(&model.plant, means) } else { None };
         Self { model, stated, free, numbers, level, scales: scales.clone() }
     }
@@ -222,13 +235,21 @@ impl Hypothesis {
         for (term, onset_s) in model.physics.iter_mut().skip(self.stated).zip(&point.onsets) {
             term.onset_s = *onset_s;
         }
-        let (mut constant_load, mut late_s) = (0.0, 0.0);
+        let (mut constant_load, mut measured_load, mut late_s) = (0.0, 0.0, 0.0);
         let (mut size, mut tau, mut rho) = (0.0, 1.0, 0.0);
         for (free, x) in self.free.iter().zip(&point.x) {
             let value = free.value(*x);
             match free.target {
                 Target::Plant(i) => *numbers.get_mut(i)? = value,
                 Target::ConstantLoad => constant_load = value,
+                Target::InputGain(i) => {
+                    let input = model.inputs.get_mut(i)?;
+                    let moved = value - input.gain.value();
+                    input.gain = Gain::Found(value);
+                    // The load that stays is counted beside the input's mean, which another gain leaves where it was.
+                    let (mean, _) = self.scales.inputs.get(i).copied().unwrap_or_default();
+                    measured_load += load_of(input, &self.model.plant, moved * mean);
+                }
                 Target::Late => late_s = value,
                 Target::Term { term, parameter } => {
                     *model.physics.get_mut(term)?.parameters.get_mut(parameter)? = value;
@@ -240,7 +261,7 @@ impl Hypothesis {
             }
         }
         model.plant = model.plant.with_numbers(&numbers);
-        constant_load += self.level_load(&model.plant)?;
+        constant_load += self.level_load(&model.plant)? - measured_load;
         let own = model.physics.iter().skip(self.stated);
         if own.clone().any(|term| term.check().is_err()) {
             return None;
@@ -307,6 +328,15 @@ impl Realised {
     fn bends(&self, term: &Term) -> bool {
         let hooks = super::linear_part::effect(&self.model, term).hooks();
         hooks.iter().any(|hook| matches!(hook, Hook::Numbers | Hook::Force))
+    }
+}
+
+/// The load that a measured input is where it enters with this value.
+fn load_of(input: &Input, plant: &Plant, entering: f64) -> f64 {
+    match input.enters {
+        Enters::Load => entering,
+        Enters::Actuator => -plant.drive_gain() * entering,
+        Enters::Sensor => 0.0,
     }
 }
 

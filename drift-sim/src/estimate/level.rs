@@ -10,25 +10,28 @@ use crate::plant::{Plant, StateSpace};
 pub struct Level {
     u: f64,
     y: f64,
+    /// Load of the measured inputs at their means.
+    measured_load: f64,
 }
 
 impl Level {
-    /// That of recordings of these mean u and y, which the plant's own offset says more closely where it has one. `None` of a servo, at whose u = 0 nothing drives it, and of
+    /// That of recordings of these mean u and y, and load of the measured inputs, which the plant's own offset says more closely where it has one. `None` of a servo, at whose u = 0 nothing drives it, and of
     /// what does not come to rest.
-    pub fn of(plant: &Plant, (u, mean_y): (f64, f64)) -> Option<Self> {
+    pub fn of(plant: &Plant, (u, mean_y, measured_load): (f64, f64, f64)) -> Option<Self> {
         if matches!(plant, Plant::Servo(_) | Plant::Tank(_)) || !plant.keeps_its_level() {
             return None;
         }
         let y = match plant {
             Plant::StateSpace(_) => mean_y,
-            plant => (plant.drive_gain() * u + plant.drive_offset()) * gain_at_rest(plant)?,
+            plant => (plant.drive_gain() * u + plant.drive_offset() - measured_load) * gain_at_rest(plant)?,
         };
-        y.is_finite().then_some(Self { u, y })
+        y.is_finite().then_some(Self { u, y, measured_load })
     }
 
     /// The load under which a plant is at the level; `None` where it does not come to rest.
     pub fn load(&self, plant: &Plant) -> Option<f64> {
-        let load = plant.drive_gain() * self.u + plant.drive_offset() - self.y / gain_at_rest(plant)?;
+        let driven = plant.drive_gain() * self.u + plant.drive_offset() - self.measured_load;
+        let load = driven - self.y / gain_at_rest(plant)?;
         load.is_finite().then_some(load)
     }
 }
@@ -54,7 +57,7 @@ mod tests {
     #[test]
     fn a_plant_of_another_gain_rests_where_it_rested() {
         let flow = |gain: f64| FirstOrder { gain, time_constant_s: 60.0, delay_s: 20.0, offset: -270.0 };
-        let level = Level::of(&Plant::FirstOrder(flow(17.0)), (72.3, 970.0)).unwrap();
+        let level = Level::of(&Plant::FirstOrder(flow(17.0)), (72.3, 970.0, 0.0)).unwrap();
         let load = level.load(&Plant::FirstOrder(flow(3.4))).unwrap();
         assert!((3.4 * 72.3 - 270.0 - load - (17.0 * 72.3 - 270.0)).abs() < 1e-9, "{load}");
         assert!(level.load(&Plant::FirstOrder(flow(17.0))).unwrap().abs() < 1e-9);
@@ -70,13 +73,13 @@ mod tests {
             d: 0.0,
         };
         let plant = Plant::StateSpace(oscillator);
-        let level = Level::of(&plant, (40.0, 50.0)).unwrap();
+        let level = Level::of(&plant, (40.0, 50.0, 0.0)).unwrap();
         assert!((2.0 * (40.0 - level.load(&plant).unwrap()) - 50.0).abs() < 1e-9);
     }
 
     #[test]
     fn what_does_not_come_to_rest_has_no_level() {
         let integral = TransferFunction { num: vec![0.1], den: vec![1.0, 0.0], delay_s: 0.0, offset: 0.0 };
-        assert_eq!(Level::of(&Plant::TransferFunction(integral), (40.0, 50.0)), None);
+        assert_eq!(Level::of(&Plant::TransferFunction(integral), (40.0, 50.0, 0.0)), None);
     }
 }

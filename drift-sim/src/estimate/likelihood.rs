@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
+use crate::measured_input::Enters;
 use crate::physics::Motion;
 use crate::simulate::{Simulation, Start};
 
@@ -395,8 +396,18 @@ pub fn start(realised: &Realised, signals: &Signals) -> Start {
             held_before(model, signals, &known, mean)
         }
     };
-    // At equilibrium the load that stays takes its part of u.
-    let net = Start { u: u - realised.constant_load / model.plant.drive_gain(), state: None, ..known };
+    // At equilibrium the load that stays, and what was measured of it first, take their part of u.
+    let mut inputs = vec![0.0; signals.inputs.len()];
+    signals.inputs_at(0, &mut inputs);
+    let load = realised.constant_load + entering_first(model, Enters::Load, &inputs);
+    let added = entering_first(model, Enters::Actuator, &inputs);
+    let net = Start { u: u + added - load / model.plant.drive_gain(), state: None, ..known };
     let state = net.state_for(model).ok();
     Start { u, state, ..net }
+}
+
+/// What the measured inputs are worth at a place where a recording begins.
+fn entering_first(model: &Loop, place: Enters, values: &[f64]) -> f64 {
+    let here = model.inputs.iter().zip(values).filter(|(input, _)| input.enters == place);
+    here.map(|(input, value)| input.gain.value() * value).sum()
 }

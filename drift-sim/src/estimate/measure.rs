@@ -68,6 +68,7 @@ pub fn scales(model: &Loop, recordings: &[Signals]) -> Scales {
         speed: positive(speed),
         position: positive(position.fold(0.0, f64::max)),
         drive: positive(drive),
+        inputs: (0..model.inputs.len()).map(|i| spread(recordings, i)).collect(),
         sample_time_s: ts,
         duration_s: recordings.first().map_or(ts, Signals::duration_s),
     }
@@ -96,6 +97,18 @@ fn noise(recordings: &[Signals]) -> f64 {
     let mut each: Vec<f64> = recordings.iter().map(of).collect();
     each.sort_by(f64::total_cmp);
     each.get(each.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Mean of a measured input, and its standard deviation about it, of all recordings together.
+fn spread(recordings: &[Signals], input: usize) -> (f64, f64) {
+    let all: Vec<f64> = recordings
+        .iter()
+        .filter_map(|s| s.inputs.get(input))
+        .flatten()
+        .copied()
+        .filter(|x| x.is_finite())
+        .collect();
+    (all.iter().sum::<f64>() / all.len().max(1) as f64, deviation(&all))
 }
 
 fn span(x: &[f64]) -> f64 {

@@ -139,18 +139,21 @@ impl Glance {
         self.offered.push((kind, fit));
     }
 
-    /// What a kind gains at its start or promises, after what it needs; 0 where that is not enough.
-    fn most(&self) -> f64 {
+    /// What the kinds gain where they begin, and what they gain or promise there; the most of each after what it needs, 0 where that is not enough.
+    fn most(&self) -> (f64, f64) {
         let begun = self.begun.iter().map(|begun| (&begun.fit, begun.promise));
         let all = begun.chain(self.offered.iter().map(|(_, fit)| (fit, 0.0)));
-        all.map(|(fit, promise)| gain_over(&self.seen, fit).max(promise) - self.round.needed(fit))
-            .fold(0.0, f64::max)
+        let each = all.map(|(fit, promise)| {
+            let (gain, needed) = (gain_over(&self.seen, fit), self.round.needed(fit));
+            (gain - needed, gain.max(promise) - needed)
+        });
+        each.fold((0.0, 0.0), |most, one| (most.0.max(one.0), most.1.max(one.1)))
     }
 
-    /// The objective that base and kinds come to, at most and at least, with what the plant costs.
+    /// The objective that base and kinds come to, at most and at least, with what the plant costs. What is only promised may not come.
     pub fn bounds(&self, cost: f64) -> (f64, f64) {
-        let (most, seen) = (self.most(), self.seen.objective());
-        (seen - 2.0 * most + cost, seen - 2.0 * UNDERSTATED * (most + LEADS) + cost)
+        let ((gained, promised), seen) = (self.most(), self.seen.objective());
+        (seen - 2.0 * gained + cost, seen - 2.0 * UNDERSTATED * (promised + LEADS) + cost)
     }
 
     /// Short fits from there.

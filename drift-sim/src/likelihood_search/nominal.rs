@@ -98,7 +98,10 @@ pub fn quiet(fit: &Fit, data: &Data) -> Option<Fit> {
     let size = (at(Target::LoadSize) - QUIETER).min(QUIET);
     let mut point = with_noise(hypothesis, &fit.point, size, -1.0 / 100.0, at(Target::SensorRho).min(1.5));
     for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
-        if matches!(free.target, Target::Plant(_) | Target::ConstantLoad | Target::Late) {
+        if matches!(
+            free.target,
+            Target::Plant(_) | Target::InputGain(_) | Target::ConstantLoad | Target::Late
+        ) {
             *x = 0.0;
         }
     }

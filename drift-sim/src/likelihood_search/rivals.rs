@@ -436,7 +436,10 @@ fn with_shared(fit: &Fit, other: &Fit) -> Point {
     let mut point = fit.point.clone();
     for (free, x) in fit.hypothesis.free.iter().zip(&mut point.x) {
         let shared = is_noise(free.target)
-            || matches!(free.target, Target::Plant(_) | Target::ConstantLoad | Target::Late);
+            || matches!(
+                free.target,
+                Target::Plant(_) | Target::InputGain(_) | Target::ConstantLoad | Target::Late
+            );
         if shared && let Some(value) = other.hypothesis.place(free.target).and_then(|i| other.point.x.get(i))
         {
             *x = *value;

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::control_loop::{Enters, Input, Loop};
+use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, quiet_run, without_noise};
 use crate::diagnose::{Diagnosis, Named, part_time};
@@ -17,6 +17,7 @@ use crate::estimate::inner_product::dot;
 use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
 use crate::estimate::whiten::Whitener;
+use crate::measured_input::{Enters, Input};
 use crate::physics::{Family, Place, Starts};
 use crate::simulate::{self, Start, Trace};
 

@@ -4,8 +4,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::section::{Section, line_of};
-use crate::control_loop::{Enters, Input, LARGEST, Loop, SAMPLE_TIMES_S, Sensor};
+use crate::control_loop::{LARGEST, Loop, SAMPLE_TIMES_S, Sensor};
 use crate::controller::{Controller, Limits, PVelocity, Pi, Pid, VelocityRule};
+use crate::measured_input::{Enters, Gain, Input};
 use crate::physics::{Kind, Range, Term, Units};
 use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, Tank, TransferFunction};
 use crate::sentences::typed;
@@ -106,9 +107,29 @@ fn read_sensor(section: &Section) -> Result<Sensor> {
 }
 
 fn read_input(section: &Section) -> Result<Input> {
-    section.only(&["column", "enters", "gain"])?;
-    let gain = section.optional_number("gain", Range::Any)?.unwrap_or(1.0);
-    Ok(Input { column: section.text("column")?, enters: section.choice("enters", &Enters::ALL)?, gain })
+    section.only(&["column", "minus", "times", "enters", "gain"])?;
+    let gain = match section.optional_number_or_word("gain", Range::Any, Gain::IDENTIFY)? {
+        Some(Some(gain)) => Gain::Stated(gain),
+        Some(None) => Gain::Identify,
+        None => Gain::Stated(1.0),
+    };
+    let enters = section.choice("enters", &Enters::ALL)?;
+    if gain.is_open() && enters == Enters::Sensor {
+        // Nothing tells what a sensor adds from where the plant is.
+        let allowed = "a number; only inputs at the actuator and at the load are identified";
+        return Err(section.refuse(
+            "gain",
+            "the gain of an input at the sensor can't be identified",
+            allowed,
+        ));
+    }
+    Ok(Input {
+        column: section.text("column")?,
+        minus: section.optional_text("minus")?,
+        times: section.optional_text("times")?,
+        enters,
+        gain,
+    })
 }
 
 /// The names of kinds as choices.

@@ -81,6 +81,21 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// A number or one word (`None`), where the key is given.
+    pub fn optional_number_or_word(
+        &self,
+        key: &str,
+        range: Range,
+        word: &str,
+    ) -> Result<Option<Option<f64>>> {
+        let Some((_, value)) = self.entry(key) else { return Ok(None) };
+        match value.get_ref().as_str() {
+            Some(text) if text == word => Ok(Some(None)),
+            Some(_) => Err(self.wrong(key, value.get_ref(), &format!("a number or \"{word}\""))),
+            None => Ok(self.optional_number(key, range)?.map(Some)),
+        }
+    }
+
     /// A number that must be given.
     pub fn number(&self, key: &str, range: Range) -> Result<f64> {
         self.optional_number(key, range)?

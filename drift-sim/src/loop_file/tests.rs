@@ -43,11 +43,12 @@ level = 2.0
 spans = [[1.0, 2.0], [4.0, 5.5]]
 "#;
 
-const OTHERS: [&str; 4] = [
+const OTHERS: [&str; 5] = [
     "[loop]\nsample_time_s = 1\n[sensor]\nnoise = 0.1\n[controller]\nkind = \"pid\"\nkp = 1\nki = 0.1\nkd = 2\nderivative_filter_s = 0.5\nanti_windup = false\n[plant]\nkind = \"first-order\"\ngain = 0.8\ntime_constant_s = 20\ndelay_s = 2.5\noffset = 21",
     "[loop]\nsample_time_s = 1e-3\n[controller]\nkind = \"pi\"\nkp = 300\nki = 100\n[plant]\nkind = \"state-space\"\na = [[-0.2, 2.0, 0.0], [-2.0, -0.2, 0.0], [0.0, 0.0, -0.5]]\nb = [[1.0], [0.0], [0.0]]\nc = [[1.0, 0.0, 0.0]]\nd = [[0.0]]",
     "[loop]\nsample_time_s = 1\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"transfer-function\"\nnum = [1]\nden = [1, 2, 3]\ndelay_s = 0.1",
     "[loop]\nsample_time_s = 1\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"tank\"\narea = 2\ninflow_gain = 1\noutflow = 0.5",
+    "[loop]\nsample_time_s = 60\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n[[inputs]]\ncolumn = \"t_in\"\nminus = \"y\"\ntimes = \"flow\"\nenters = \"load\"\ngain = \"identify\"",
 ];
 
 #[test]
@@ -68,6 +69,14 @@ fn values_arrive_where_they_belong() {
     assert_eq!(model.physics[0].onset_s, 1.5);
     assert_eq!(model.physics[1].spans, [(1.0, 2.0), (4.0, 5.5)]);
     assert_eq!(model.inputs[0].column, "pulse");
+}
+
+#[test]
+fn a_gain_to_be_identified_can_not_be_simulated() {
+    let text = SERVO.replacen("gain = 1.0139", "gain = \"identify\"", 1);
+    let model = Loop::parse(&text, "a.toml").unwrap();
+    let error = crate::simulate::Simulation::new(&model, 0).err().unwrap().to_string();
+    assert!(error.contains("'pulse' is still to be identified") && !error.contains('\n'), "{error}");
 }
 
 /// Each fault: what is replaced by what, the line, and a word that the message must hold.
@@ -97,6 +106,14 @@ fn every_fault_has_its_line_and_what_is_allowed() {
         ("y = \"m\"", "y = 3", 6, "text in quotes"),
         ("y = \"m\"", "y = \"m", 6, "not TOML"),
         ("gain = 1.0139", "gain = inf", 27, "gain must be a finite number"),
+        ("gain = 1.0139", "gain = \"find\"", 27, "gain must be a number or \"identify\""),
+        ("gain = 1.0139", "times = 3", 27, "text in quotes"),
+        (
+            "enters = \"actuator\"\ngain = 1.0139",
+            "enters = \"sensor\"\ngain = \"identify\"",
+            27,
+            "only inputs at the actuator and at the load are identified",
+        ),
     ];
     for (old, new, line, word) in faults {
         let text = SERVO.replacen(old, new, 1);

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use crate::control_loop::Loop;
 use crate::controller::{Controller, Limits, VelocityRule};
+use crate::measured_input::{Enters, Gain};
 use crate::plant::{Output, Plant};
 
 /// Writing to a String can't fail; this says so once.
@@ -55,8 +56,16 @@ pub(super) fn text(model: &Loop) -> String {
     for input in &model.inputs {
         out.line(format_args!("\n[[inputs]]"));
         out.text("column", &input.column);
-        out.text("enters", name_of(&crate::control_loop::Enters::ALL, &input.enters));
-        out.number("gain", input.gain);
+        for (key, column) in [("minus", &input.minus), ("times", &input.times)] {
+            if let Some(column) = column {
+                out.text(key, column);
+            }
+        }
+        out.text("enters", name_of(&Enters::ALL, &input.enters));
+        match input.gain {
+            Gain::Identify => out.text("gain", Gain::IDENTIFY),
+            gain => out.number("gain", gain.value()),
+        }
     }
     for term in &model.physics {
         out.line(format_args!("\n[[physics]]"));

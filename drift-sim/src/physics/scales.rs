@@ -37,6 +37,8 @@ pub struct Scales {
     pub position: f64,
     /// Standard deviation of the drive.
     pub drive: f64,
+    /// Mean and standard deviation of each of the loop's measured inputs.
+    pub inputs: Vec<(f64, f64)>,
     /// Sample time, in seconds.
     pub sample_time_s: f64,
     /// Length of the recording, in seconds.
@@ -64,6 +66,7 @@ impl Default for Scales {
             speed: 1.0,
             position: 4.0,
             drive: 1.0,
+            inputs: Vec::new(),
             sample_time_s: 0.001,
             duration_s: 10.0,
         }

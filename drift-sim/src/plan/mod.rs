@@ -211,7 +211,7 @@ impl Request {
         if let Some(input) = self.stated.inputs.first() {
             return Err(Error::new(format!(
                 "the loop has the measured input '{}', and nobody knows it ahead",
-                input.column
+                input.name()
             ))
             .allowed("a loop file without [[inputs]]"));
         }

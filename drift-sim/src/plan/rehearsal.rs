@@ -5,10 +5,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::Recorded;
-use crate::control_loop::{Enters, Input, Loop, Sensor};
+use crate::control_loop::{Loop, Sensor};
 use crate::diagnose::cause::Cause;
 use crate::estimate::signals::Signals;
 use crate::likelihood_search::{conclude::as_file, simulates::sequence};
+use crate::measured_input::{Enters, Input};
 use crate::physics::{Starts, Term};
 use crate::simulate::{Start, Trace, simulate};
 

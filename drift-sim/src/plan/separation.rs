@@ -237,7 +237,11 @@ fn shared_point(hypothesis: &Hypothesis, of: &Cause) -> Point {
             Target::LoadSize => free.x_of(libm::log(size.max(1e-300))),
             Target::LoadTau => free.x_of(libm::log(noise.load_tau_s)),
             Target::SensorRho => free.x_of(libm::atanh(noise.sensor_rho)),
-            Target::ConstantLoad | Target::Late | Target::Term { .. } | Target::Onset(_) => *x,
+            Target::ConstantLoad
+            | Target::InputGain(_)
+            | Target::Late
+            | Target::Term { .. }
+            | Target::Onset(_) => *x,
         };
     }
     hypothesis.with_load(point.clone(), of.constant_load).unwrap_or(point)

@@ -5,7 +5,7 @@ use super::body::Body;
 use super::exact::Exact;
 use super::servo::{Acting, ServoBody};
 use super::{Change, Inputs, Simulation, entering};
-use crate::control_loop::Enters;
+use crate::measured_input::Enters;
 use crate::physics::{Motion, Term};
 use crate::plant::Output;
 

@@ -67,6 +67,15 @@ pub struct Row {
     pub u: Option<f64>,
     /// The loop's measured inputs, in its order.
     pub inputs: Vec<f64>,
+    /// The columns that they are made of, in the order of [`Loop::input_columns`].
+    pub measured: Vec<f64>,
+}
+
+impl Row {
+    /// One of a loop without measured inputs.
+    pub fn of_reference(r: f64) -> Self {
+        Self { r, u: None, inputs: Vec::new(), measured: Vec::new() }
+    }
 }
 
 /// A recording that drives a simulation: its r, its inputs and, for a recorded controller, its u.
@@ -75,8 +84,10 @@ pub struct Driving {
     r: Vec<f64>,
     y: Vec<f64>,
     u: Vec<f64>,
-    /// One column for each of the loop's inputs.
+    /// One signal for each of the loop's inputs.
     inputs: Vec<Vec<f64>>,
+    /// The columns that they are made of, each once.
+    columns: Vec<Vec<f64>>,
     recorded_controller: bool,
 }
 
@@ -90,10 +101,11 @@ impl Driving {
         let name = recording.name.clone();
         let of_loop = || {
             model.check_sample_time(recording.sample_time_s)?;
-            let inputs =
-                model.inputs.iter().map(|input| recording.column(&input.column).map(<[f64]>::to_vec));
+            let inputs = model.inputs.iter().map(|input| input.values(&recording));
+            let column = |name: &String| recording.column(name).map(<[f64]>::to_vec);
             let driving = Self {
                 inputs: inputs.collect::<Result<_>>()?,
+                columns: model.input_columns().iter().map(column).collect::<Result<_>>()?,
                 recorded_controller: model.controller == Controller::Recorded,
                 r: recording.r,
                 y: recording.y,
@@ -153,15 +165,20 @@ impl Driving {
         &self.r
     }
 
-    /// The loop's measured inputs, in its order.
-    pub fn inputs(&self) -> &[Vec<f64>] {
-        &self.inputs
+    /// The columns that the loop's measured inputs are made of, in the order of [`Loop::input_columns`].
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
     }
 
     /// What drives sample `n`; NaN behind the end.
     pub fn row(&self, n: usize) -> Row {
         let at = |column: &[f64]| column.get(n).copied().unwrap_or(f64::NAN);
-        let u = self.recorded_controller.then(|| at(&self.u));
-        Row { r: at(&self.r), u, inputs: self.inputs.iter().map(|column| at(column)).collect() }
+        let each = |columns: &[Vec<f64>]| columns.iter().map(|column| at(column)).collect();
+        Row {
+            r: at(&self.r),
+            u: self.recorded_controller.then(|| at(&self.u)),
+            inputs: each(&self.inputs),
+            measured: each(&self.columns),
+        }
     }
 }

@@ -36,8 +36,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::control_loop::{Enters, Loop};
+use crate::control_loop::Loop;
 use crate::controller::{Controller, Law};
+use crate::measured_input::{Enters, Input};
 use crate::physics::Numbers;
 use crate::plant::Plant;
 use crate::sentences::typed;
@@ -133,6 +134,7 @@ impl Simulation {
     /// As [`Simulation::new`].
     pub fn with_substeps(model: &Loop, seed: u64, substeps: usize) -> Result<Self> {
         model.check()?;
+        model.inputs.iter().try_for_each(Input::check)?;
         if !(model.sample_time_s > 0.0 && model.sample_time_s.is_finite()) {
             return Err(Error::new(format!("sample_time_s = {}", typed(model.sample_time_s)))
                 .allowed("a finite number > 0"));
@@ -160,7 +162,7 @@ impl Simulation {
             tick: 0,
             law: Law::new(&model.controller, model.sample_time_s),
             terms,
-            inputs: model.inputs.iter().map(|input| (input.enters, input.gain)).collect(),
+            inputs: model.inputs.iter().map(|input| (input.enters, input.gain.value())).collect(),
             line: DelayLine::new(longest),
             body: first.body,
             drive_gain: model.plant.drive_gain(),

@@ -8,7 +8,7 @@ use super::delay_line::DelayLine;
 use super::exact::Exact;
 use super::terms::Terms;
 use super::{Inputs, Simulation, entering};
-use crate::control_loop::Enters;
+use crate::measured_input::Enters;
 
 /// What a run is corrected by, and what drives it.
 pub trait Observer {

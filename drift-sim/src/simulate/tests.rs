@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::controller::{Limits, PVelocity, Pi, VelocityRule};
+use crate::measured_input::Gain;
 use crate::physics::{Term, Units};
 use crate::plant::{FirstOrder, Output, Servo, StateSpace, Tank, TransferFunction};
 use crate::reference::Reference;
@@ -387,7 +388,7 @@ fn a_recording_that_begins_at_a_limit_tells_its_integrator_where_u_leaves_it() {
 #[test]
 fn measured_inputs_enter_where_they_are_said_to() {
     let mut model = around(heater(0.0), 1.0);
-    let input = |enters| crate::control_loop::Input { column: "d".into(), enters, gain: 2.0 };
+    let input = |enters| Input::of_column("d", enters, Gain::Stated(2.0));
     let y = |model: &Loop| replay(model, &[10.0; 400], &[vec![1.0; 400]], 0, None).unwrap().y[399];
     for (enters, want) in
         [(Enters::Actuator, 29.0 + 1.6), (Enters::Load, 29.0 - 2.0), (Enters::Sensor, 29.0 + 2.0)]

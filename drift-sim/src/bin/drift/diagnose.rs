@@ -68,8 +68,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode> {
     ];
     let mut outputs = Outputs::checked(&named, &inputs)?;
     let stated = arguments.loop_file.as_deref().map(Loop::read).transpose()?;
-    let columns: Vec<String> =
-        stated.iter().flat_map(|model| &model.inputs).map(|input| input.column.clone()).collect();
+    let columns: Vec<String> = stated.as_ref().map(Loop::input_columns).unwrap_or_default();
     let read_file = |path: &PathBuf| {
         Ok(Read {
             file: path.clone(),

@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         arguments.recordings.iter().chain([&arguments.loop_file]).map(PathBuf::as_path).collect();
     let mut outputs = Outputs::checked(&[("--json", arguments.json.as_deref())], &inputs)?;
     let model = Loop::read(&arguments.loop_file)?;
-    let columns = || model.inputs.iter().map(|input| input.column.clone()).collect();
+    let columns = || model.input_columns();
     let read =
         |path: &PathBuf| Signals::new(&arguments.reading.read(path, columns(), SAMPLE_WORK_BYTES)?, &model);
     let recordings = arguments.recordings.iter().map(read).collect::<Result<Vec<_>>>()?;

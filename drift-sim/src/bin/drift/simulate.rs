@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let Arguments { reference_mean, reference_sd, reference_hold, seed, .. } = *arguments;
     let mut reference = Reference::random(reference_mean, reference_sd, reference_hold, seed);
-    let row = |_: usize| Row { r: reference.next().unwrap_or(reference_mean), u: None, inputs: Vec::new() };
+    let row = |_: usize| Row::of_reference(reference.next().unwrap_or(reference_mean));
     write(arguments, outputs, &model, simulation, asked.unwrap_or(DEFAULT_SAMPLES), row)
 }
 
@@ -102,14 +102,14 @@ fn write(
     let mut failed = None;
     let written = outputs.write_with(&arguments.output, |out| {
         write!(out, "t,r,y,u")?;
-        for input in &model.inputs {
-            write!(out, ",{}", quoted(&input.column))?;
+        for column in model.input_columns() {
+            write!(out, ",{}", quoted(&column))?;
         }
         writeln!(out)?;
         let mut text = Vec::with_capacity(2 * BUFFER_BYTES);
         let (mut times, mut held) = (FewDecimals::default(), Held::default());
         for n in 0..length {
-            let Row { r, u, inputs } = row(n);
+            let Row { r, u, inputs, measured } = row(n);
             let t = time_s(n, model.sample_time_s);
             let step = match u {
                 Some(u) => simulation.replay_step(u, &inputs),
@@ -122,7 +122,7 @@ fn write(
             times.push(&mut text, t);
             text.push(b',');
             held.push(&mut text, r);
-            for value in [step.y, step.u].iter().chain(&inputs) {
+            for value in [step.y, step.u].iter().chain(&measured) {
                 text.push(b',');
                 shortest::push(&mut text, *value);
             }

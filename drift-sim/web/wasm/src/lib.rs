@@ -135,7 +135,7 @@ pub fn diagnose(case: &str) -> std::result::Result<String, String> {
         let stated = case.stated.map(|(name, text)| Ok((name.clone().into(), Loop::parse(&text, &name)?)));
         let stated: Option<(std::path::PathBuf, Loop)> = stated.transpose()?;
         let columns: Vec<String> =
-            stated.iter().flat_map(|(_, model)| &model.inputs).map(|input| input.column.clone()).collect();
+            stated.as_ref().map(|(_, model)| model.input_columns()).unwrap_or_default();
         let open = |file: &File| read(file.number, &file.name, &case.asked, columns.clone());
         let named = |file: &File| Ok(Read { file: file.name.clone().into(), recording: open(file)? });
         let question = Question {

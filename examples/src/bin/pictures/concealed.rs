@@ -23,7 +23,7 @@ struct Run {
 pub fn drive(folder: &Path) -> Result<Figure> {
     let model = Loop::read(&folder.join("loop_pulses.toml"))?;
     let read = |name: &str| {
-        let extra = model.inputs.iter().map(|input| input.column.clone()).collect();
+        let extra = model.input_columns();
         let options = ReadOptions { extra, ..ReadOptions::default() };
         Signals::new(&Recording::read(&folder.join(name), &options)?, &model)
     };
@@ -61,7 +61,7 @@ pub fn drive(folder: &Path) -> Result<Figure> {
 fn drive_of(u: &[f64], model: &Loop, signals: &Signals) -> Vec<f64> {
     let mut drive = u.to_vec();
     for (input, values) in model.inputs.iter().zip(&signals.inputs) {
-        drive.iter_mut().zip(values).for_each(|(drive, value)| *drive += input.gain * value);
+        drive.iter_mut().zip(values).for_each(|(drive, value)| *drive += input.gain.value() * value);
     }
     drive
 }

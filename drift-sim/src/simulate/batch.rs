@@ -4,6 +4,7 @@
 use super::body::Body;
 use super::exact::Exact;
 use super::servo::{Acting, ServoBody};
+use super::terms::place;
 use super::{Change, Inputs, Simulation, entering};
 use crate::measured_input::Enters;
 use crate::physics::{Motion, Term};
@@ -88,7 +89,7 @@ impl Simulation {
 
     /// Samples at which the plant's numbers change, the first of them 0.
     pub fn changes_at(&self) -> impl Iterator<Item = usize> {
-        self.changes.iter().map(|change| usize::try_from(change.tick).unwrap_or(usize::MAX))
+        self.changes.iter().map(|change| place(change.tick))
     }
 
     /// Drive per unit of u, drive besides, and the drive before the first sample.
@@ -173,8 +174,7 @@ impl Simulation {
         let mut held = vec![(before, before); entering.len()];
         for (i, change) in self.changes.iter().enumerate() {
             let next = self.changes.get(i + 1).map_or(u64::MAX, |next| next.tick);
-            let [from, until] = [change.tick, next]
-                .map(|tick| usize::try_from(tick).unwrap_or(usize::MAX).min(entering.len()));
+            let [from, until] = [change.tick, next].map(|tick| place(tick).min(entering.len()));
             // Until something has passed the dead time, what was before does.
             let mut late = |by: usize, set: fn(&mut (f64, f64), f64)| {
                 let first = from.max(by);
@@ -279,7 +279,7 @@ impl Simulation {
 
     /// Samples at which friction or forces begin.
     pub fn forces_begin_at(&self) -> impl Iterator<Item = usize> {
-        self.terms.forces_begin_at().map(|tick| usize::try_from(tick).unwrap_or(usize::MAX))
+        self.terms.forces_begin_at().map(place)
     }
 
     /// Whether forces or friction are looked at along the way.

@@ -7,6 +7,7 @@ use super::body::{Body, Sample};
 use super::delay_line::DelayLine;
 use super::exact::Exact;
 use super::terms::Terms;
+use super::terms::place;
 use super::{Inputs, Simulation, entering};
 use crate::measured_input::Enters;
 
@@ -112,7 +113,7 @@ impl Simulation {
         while from < samples.end {
             self.change();
             let next = self.changes.get(self.next_change).map_or(u64::MAX, |change| change.tick);
-            let length = usize::try_from(next - self.tick).unwrap_or(usize::MAX);
+            let length = place(next - self.tick);
             let to = samples.end.min(from.saturating_add(length));
             let mut around = Around {
                 terms: &mut self.terms,

@@ -43,6 +43,11 @@ fn noise_of(seed: u64, kind: &str, occurrence: u64) -> ChaCha8Rng {
     noise
 }
 
+/// The place of a tick in columns that begin with the recording.
+pub(super) fn place(tick: u64) -> usize {
+    usize::try_from(tick).unwrap_or(usize::MAX)
+}
+
 impl Terms {
     /// Builds the effects of a loop whose terms have been checked.
     pub fn new(model: &Loop, seed: u64, substep_s: f64) -> Self {
@@ -159,7 +164,7 @@ impl Terms {
     /// What leaves the actuator over all samples, each in the place of what enters it.
     pub fn actuator_over(&mut self, sample_time_s: f64, values: &mut [f64]) {
         for (first, index) in &self.actuator {
-            let from = usize::try_from(*first).unwrap_or(usize::MAX);
+            let from = place(*first);
             if let Some(effect) = self.effects.get_mut(*index)
                 && let Some(values) = values.get_mut(from..)
             {
@@ -215,7 +220,7 @@ impl Terms {
     pub fn load_over(&self, sample_time_s: f64, samples: usize) -> Vec<f64> {
         let mut sums = vec![0.0; samples];
         for (first, index) in &self.load {
-            let from = usize::try_from(*first).unwrap_or(usize::MAX);
+            let from = place(*first);
             if let Some(effect) = self.effects.get(*index)
                 && let Some(sums) = sums.get_mut(from..)
             {

@@ -54,6 +54,9 @@ impl Followed {
                 }
                 let names = model.input_columns();
                 let column = |name: &str| {
+                    if name == "r" {
+                        return Ok(r.as_slice());
+                    }
                     let place = names.iter().position(|known| known == name);
                     place.and_then(|place| inputs.get(place)).map(Vec::as_slice).ok_or_else(|| {
                         drift_sim::Error::new(format!("the measured input is made of {name}, which is not given"))

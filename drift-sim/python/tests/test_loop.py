@@ -145,6 +145,24 @@ def test_inputs_are_asked_for(oven):
     assert colder.y[-1] < drift.simulate(oven, r).y[-1]
 
 
+def test_an_input_is_a_product_of_columns(oven):
+    product = {"column": "t_in", "minus": "t_out", "times": "flow", "enters": "load", "gain": 0.5}
+    plain = {"column": "heat", "enters": "load", "gain": 0.5}
+    r = np.full(50, 60.0)
+    parts = {"t_in": np.linspace(20.0, 30.0, 50), "t_out": np.full(50, 18.0), "flow": np.linspace(0.0, 2.0, 50)}
+    made = drift.simulate({**oven.to_dict(), "inputs": [product]}, r, inputs=parts)
+    heat = (parts["t_in"] - parts["t_out"]) * parts["flow"]
+    given = drift.simulate({**oven.to_dict(), "inputs": [plain]}, r, inputs={"heat": heat})
+    assert np.array_equal(made.y, given.y)
+    assert made.loop.inputs == ["t_in", "t_out", "flow"]
+    again = drift.simulate({**oven.to_dict(), "inputs": [product]}, made.to_recording())
+    assert len(again) == 50
+    with pytest.raises(drift.DriftError, match="another length"):
+        drift.simulate({**oven.to_dict(), "inputs": [plain]}, r, inputs={"heat": heat[:20]})
+    with pytest.raises(drift.DriftError, match="still to be identified"):
+        drift.simulate({**oven.to_dict(), "inputs": [{**plain, "gain": "identify"}]}, r, inputs={"heat": heat})
+
+
 @pytest.mark.parametrize("duration_s", [-1.0, 0.0, float("nan")])
 def test_a_run_has_a_length(oven, duration_s):
     with pytest.raises(drift.DriftError, match="a number of seconds above 0"):

@@ -29,6 +29,7 @@ mod missing_drive;
 mod needle;
 pub(crate) mod nominal;
 mod offset;
+mod one_way;
 pub mod options;
 pub(crate) mod plants;
 pub mod prove;

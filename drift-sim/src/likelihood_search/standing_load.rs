@@ -9,6 +9,7 @@ use crate::physics::Kind;
 use crate::plant::Role;
 
 use super::decide::{cost_of_numbers, independent_share};
+use super::one_way;
 use super::prove::gained;
 use super::search::Choice;
 
@@ -20,10 +21,13 @@ const ALIKE: &str = "sensor_bias";
 const REFIT_STEPS: usize = 10;
 
 /// What speaks for the load that stays of a fit; `None` where the plant has an offset for it, where it gains less than `least` or nothing for sure on the unseen
-/// samples.
+/// samples, or where dry friction is the same on a way that leads only forth.
 pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     let hypothesis = &best.hypothesis;
     let place = hypothesis.place(Target::ConstantLoad).filter(|_| !has_offset(hypothesis))?;
+    if one_way::hides_a_load(best, data) {
+        return None;
+    }
     let mut point = best.point.clone();
     *point.x.get_mut(place)? = 0.0;
     let mut without = Fit::at(hypothesis, &point, data)?;

@@ -1,0 +1,83 @@
+//! Motion that goes one way only: dry friction and a load that stays are one force there, and no number of samples tells how much of it is which.
+
+use crate::estimate::fit::Fit;
+use crate::estimate::likelihood::Data;
+use crate::estimate::measure::integral;
+use crate::estimate::signals::{Signals, held};
+use crate::physics::Family;
+use crate::plant::{Output, Plant};
+
+/// Part of the way forth that the way back is at most: what swings back a little when it stops holds too few samples to tell the two forces apart. A mass that stops at a step
+/// of its reference swings back by 0.0014 of its way, and a motor whose load and friction are told turns back by 0.014.
+const BACK: f64 = 0.005;
+/// Deviations of the sensor's noise that y turns by at least, for it to be the mass that turned.
+const TURNS: f64 = 6.0;
+
+/// Whether a fit has dry friction in it and the recordings move one way only.
+pub fn hides_a_load(fit: &Fit, data: &Data) -> bool {
+    let hypothesis = &fit.hypothesis;
+    let has_friction = hypothesis.model.physics.iter().any(|term| term.kind.family == Some(Family::Friction));
+    let is_speed = matches!(&hypothesis.model.plant, Plant::Servo(servo) if servo.output == Output::Speed);
+    has_friction && goes_one_way(&data.recordings, is_speed, hypothesis.scales.noise)
+}
+
+/// Whether hardly any of the way of these recordings leads back.
+fn goes_one_way(recordings: &[Signals], is_speed: bool, noise: f64) -> bool {
+    let (mut forth, mut back) = (0.0, 0.0);
+    for signals in recordings {
+        let y = held(&signals.y);
+        let ts = signals.sample_time_s;
+        // The integral of noise wanders by its deviation times the square root of the samples.
+        let (position, turns) = if is_speed {
+            (integral(&y, ts), TURNS * noise * ts * libm::sqrt(y.len() as f64))
+        } else {
+            (y, TURNS * noise)
+        };
+        let Some(mut at) = position.first().copied() else { continue };
+        for x in position {
+            let next = at.clamp(x - turns, x + turns);
+            if next > at {
+                forth += next - at
+            } else {
+                back += at - next
+            }
+            at = next;
+        }
+    }
+    f64::min(forth, back) <= BACK * f64::max(forth, back)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn signals(y: impl Fn(f64) -> f64) -> Signals {
+        // Noise that needs no generator: a fast wave of deviation 0.01.
+        let noisy = |n: usize| y(0.01 * n as f64) + 0.014 * libm::sin(2.1 * n as f64);
+        let y: Vec<f64> = (0..2000).map(noisy).collect();
+        Signals { sample_time_s: 0.01, u: y.clone(), r: y.clone(), y, ..Signals::default() }
+    }
+
+    /// From 0 to 1 with a lag, whose noise at rest turns thousands of times.
+    #[test]
+    fn a_step_without_overshoot_goes_one_way() {
+        let step = signals(|t| 1.0 - libm::exp(-t));
+        assert!(goes_one_way(&[step.clone()], false, 0.01));
+        assert!(goes_one_way(&[step.clone(), step], false, 0.01));
+    }
+
+    #[test]
+    fn a_step_that_overshoots_by_a_tenth_and_one_back_do_not() {
+        let swings = signals(|t| 1.0 + 0.1 * libm::exp(-(t - 2.0) * (t - 2.0)) - libm::exp(-3.0 * t));
+        assert!(!goes_one_way(&[swings], false, 0.01));
+        let (there, back) = (signals(|t| 1.0 - libm::exp(-t)), signals(|t| libm::exp(-t)));
+        assert!(!goes_one_way(&[there, back], false, 0.01));
+    }
+
+    /// A motor that turns one way at varying speed, and one that turns back.
+    #[test]
+    fn a_speed_that_keeps_its_sign_goes_one_way() {
+        assert!(goes_one_way(&[signals(|t| 2.0 + libm::sin(t))], true, 0.01));
+        assert!(!goes_one_way(&[signals(libm::sin)], true, 0.01));
+    }
+}

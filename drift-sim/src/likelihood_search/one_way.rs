@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn a_step_without_overshoot_goes_one_way() {
         let step = signals(|t| 1.0 - libm::exp(-t));
-        assert!(goes_one_way(&[step.clone()], false, 0.01));
+        assert!(goes_one_way(std::slice::from_ref(&step), false, 0.01));
         assert!(goes_one_way(&[step.clone(), step], false, 0.01));
     }
 

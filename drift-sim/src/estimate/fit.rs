@@ -33,8 +33,7 @@ const DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-6;
 /// Onsets that are tried all over the recording.
 const SCANNED: usize = 40;
-/// An onset is moved down to this many samples, by widths that shrink by the factor.
-const LEAST_WIDTH: f64 = 1.0;
+/// Factor by which the widths shrink that an onset is moved by, down to a sample.
 const NARROWER: f64 = 3.0;
 /// Fall of the objective from which a trial is better where the other numbers slide: a slide may gain this by chance.
 pub const SLID_GAIN: f64 = 0.05;
@@ -288,8 +287,8 @@ impl Fit {
     /// Moves the onset of a candidate term by `width` and less, down to a sample; at each trial the other numbers slide along `tangent`.
     pub fn search_onset(&mut self, data: &Data, candidate: usize, width_s: f64, tangent: Option<&Tangent>) {
         let ts = self.hypothesis.model.sample_time_s;
-        let mut width = width_s;
-        while width > LEAST_WIDTH * ts {
+        let mut width = width_s.max(ts);
+        loop {
             let moved = [width, -width].into_iter().any(|side| {
                 let mut point = self.point.clone();
                 let Some(onset) = point.onsets.get_mut(candidate) else { return false };
@@ -299,9 +298,14 @@ impl Fit {
                 }
                 self.tried(point, data, tangent, if tangent.is_some() { SLID_GAIN } else { 1e-6 })
             });
-            if !moved {
-                width /= NARROWER;
+            if moved {
+                continue;
             }
+            if width <= ts {
+                return;
+            }
+            // A term begins with a sample: the last width is one, or the next sample would never be tried.
+            width = (width / NARROWER).max(ts);
         }
     }
 

@@ -250,7 +250,7 @@ pub struct Term {
     pub kind: &'static Kind,
     /// Its numbers, in the order of [`Kind::parameters`].
     pub parameters: Vec<f64>,
-    /// When it begins, in seconds from the start; it acts from the first sample at or after this.
+    /// When it begins, in seconds from the start; it acts from the first sample at or after this. Below 0 it has begun before.
     pub onset_s: f64,
     /// When it acts, as pairs (from, to) in seconds; `injected_signal` needs at least one, `sensor_bias` may have them.
     pub spans: Vec<(f64, f64)>,
@@ -324,13 +324,13 @@ impl Term {
             }
         }
         (kind.consistent)(&self.parameters).map_err(|why| Error::new(format!("{}: {why}", kind.name)))?;
-        if !(self.onset_s >= 0.0 && self.onset_s.is_finite()) {
+        if !self.onset_s.is_finite() {
             return Err(Error::new(format!(
                 "{}: onset_s = {} is impossible",
                 kind.name,
                 typed(self.onset_s)
             ))
-            .allowed(format!("onset_s must be {}", Range::NotNegative.says())));
+            .allowed(format!("onset_s must be {}", Range::Any.says())));
         }
         if let Some((from, to)) =
             self.spans.iter().find(|(from, to)| !(*from >= 0.0 && to > from && to.is_finite()))

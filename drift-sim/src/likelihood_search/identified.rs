@@ -27,7 +27,14 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
     let found = plants::likeliest(open, std::slice::from_ref(recording), &[fitted], &[], options);
     let mut found: Vec<Identified> = found.into_iter().filter_map(Identified::refined).collect();
     let objective = |plant: &Identified| plant.nominal.objective() + plant.cost();
-    plants::simplest_first(&mut found, options, objective, |plant| plant);
+    let likeliest = found.iter().map(objective).fold(f64::INFINITY, f64::min);
+    let is_as_likely = |plant: &&Identified| objective(plant) < likeliest + 2.0 * options.margin;
+    let count = |plant: &Identified| plant.nominal.hypothesis.free.len();
+    let fewest = found.iter().filter(is_as_likely).map(count).min().unwrap_or(0);
+    found.sort_by(|a, b| {
+        let is_behind = |plant: &Identified| !is_as_likely(&plant) || count(plant) > fewest;
+        is_behind(a).cmp(&is_behind(b)).then(objective(a).total_cmp(&objective(b)))
+    });
     let first = found.first().map_or(0.0, objective);
     found
         .iter()

@@ -272,9 +272,7 @@ fn likeliest_with_physics(plants: Vec<Candidate>, options: &Options) -> Option<(
         let sketch = glance.sketched(plant.data.look());
         (sketch.least_objective(least) + plant.cost(), plant, sketch)
     });
-    let mut sketched: Vec<(f64, Identified, Sketch)> = sketched.collect();
-    plants::simplest_first(&mut sketched, options, |(objective, _, _)| *objective, |(_, plant, _)| plant);
-    let (_, plant, sketch) = sketched.into_iter().next()?;
+    let (_, plant, sketch) = sketched.min_by(|a, b| a.0.total_cmp(&b.0))?;
     refined(plant, sketch)
 }
 

@@ -117,24 +117,6 @@ pub fn likeliest(
     found
 }
 
-/// Puts first the plant with the fewest numbers of those that can't be told from the likeliest, and then the likeliest of the others. Beside the right plant one with a number
-/// more is as likely, that number being idle.
-pub fn simplest_first<T>(
-    found: &mut [T],
-    options: &Options,
-    objective: impl Fn(&T) -> f64,
-    plant: impl Fn(&T) -> &Identified,
-) {
-    let likeliest = found.iter().map(&objective).fold(f64::INFINITY, f64::min);
-    let is_as_likely = |one: &&T| objective(one) < likeliest + 2.0 * options.margin;
-    let count = |one: &T| plant(one).nominal.hypothesis.free.len();
-    let fewest = found.iter().filter(is_as_likely).map(&count).min().unwrap_or(0);
-    found.sort_by(|a, b| {
-        let is_behind = |one: &T| !is_as_likely(&one) || count(one) > fewest;
-        is_behind(a).cmp(&is_behind(b)).then(objective(a).total_cmp(&objective(b)))
-    });
-}
-
 /// What a guessed plant's numbers are held to.
 pub(crate) fn guessing(options: &Options) -> Options {
     let mut options = options.clone();

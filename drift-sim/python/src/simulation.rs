@@ -49,8 +49,10 @@ impl Followed {
                     inputs.iter_mut().for_each(|column| column.truncate(length));
                 }
                 if inputs.iter().any(|column| column.len() != r.len()) {
-                    return Err(drift_sim::Error::new("a measured input has another length than the reference")
-                        .allowed("one value for each sample of the reference"));
+                    return Err(drift_sim::Error::new(
+                        "a measured input has another length than the reference",
+                    )
+                    .allowed("one value for each sample of the reference"));
                 }
                 let names = model.input_columns();
                 let column = |name: &str| {
@@ -59,8 +61,10 @@ impl Followed {
                     }
                     let place = names.iter().position(|known| known == name);
                     place.and_then(|place| inputs.get(place)).map(Vec::as_slice).ok_or_else(|| {
-                        drift_sim::Error::new(format!("the measured input is made of {name}, which is not given"))
-                            .allowed("a recording as the reference")
+                        drift_sim::Error::new(format!(
+                            "the measured input is made of {name}, which is not given"
+                        ))
+                        .allowed("a recording as the reference")
                     })
                 };
                 let made = model.inputs.iter().map(|input| input.values_of(column));

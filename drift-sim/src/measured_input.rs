@@ -60,7 +60,7 @@ impl Gain {
 
     /// Whether fits move it.
     pub fn is_free(self) -> bool {
-        self.is_open() || matches!(self, Self::Found(_))
+        !matches!(self, Self::Stated(_))
     }
 
     /// Whether it is still to be found.
@@ -119,6 +119,15 @@ impl Input {
             values.iter_mut().zip(column(times)?).for_each(|(value, times)| *value *= times);
         }
         Ok(values)
+    }
+
+    /// The load that it is where it enters with this value, of a plant whose drive is so much for each unit of u; none at the sensor.
+    pub fn load(&self, drive_gain: f64, entering: f64) -> f64 {
+        match self.enters {
+            Enters::Load => entering,
+            Enters::Actuator => -drive_gain * entering,
+            Enters::Sensor => 0.0,
+        }
     }
 
     /// Whether its gain is known, so that the loop can be run.

@@ -252,6 +252,11 @@ pub fn of_noise(scales: &Scales, priors: &Priors) -> impl Iterator<Item = Free> 
     })
 }
 
+/// Whether a number is the loop's own: neither a candidate term's nor the noise's.
+pub fn is_of_loop(target: Target) -> bool {
+    matches!(target, Target::Plant(_) | Target::InputGain(_) | Target::ConstantLoad | Target::Late)
+}
+
 /// Whether a number is the noise's.
 pub fn is_noise(target: Target) -> bool {
     matches!(target, Target::LoadSize | Target::LoadTau | Target::SensorRho)

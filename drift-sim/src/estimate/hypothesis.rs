@@ -2,12 +2,12 @@
 //! a loop that the simulator runs and the noise that the filter reckons with.
 
 use crate::control_loop::Loop;
-use crate::measured_input::{Enters, Gain, Input};
+use crate::measured_input::Gain;
 use crate::physics::{Family, Hook, Scales, Searched, Start, Starts, Term};
 use crate::plant::{Number, Plant, Role};
 
 use super::free;
-pub use super::free::{Free, Target, is_noise};
+pub use super::free::{Free, Target, is_noise, is_of_loop};
 use super::level::Level;
 use super::noise::Noise;
 
@@ -113,8 +113,9 @@ impl Hypothesis {
         }
         let stated = model.physics.len();
         let inputs = model.inputs.iter().zip(&scales.inputs);
-        let measured_load =
-            inputs.map(|(input, (mean, _))| load_of(input, &model.plant, input.gain.value() * mean)).sum();
+        let measured_load = inputs
+            .map(|(input, (mean, _))| input.load(model.plant.drive_gain(), input.gain.value() * mean))
+            .sum();
         let means = (scales.u_mean, scales.y_mean, measured_load);
         let level = if priors.about_level { Level::of(&model.plant, means) } else { None };
         Self { model, stated, free, numbers, level, scales: scales.clone() }
@@ -248,7 +249,7 @@ impl Hypothesis {
                     input.gain = Gain::Found(value);
                     // The load that stays is counted beside the input's mean, which another gain leaves where it was.
                     let (mean, _) = self.scales.inputs.get(i).copied().unwrap_or_default();
-                    measured_load += load_of(input, &self.model.plant, moved * mean);
+                    measured_load += input.load(self.model.plant.drive_gain(), moved * mean);
                 }
                 Target::Late => late_s = value,
                 Target::Term { term, parameter } => {
@@ -328,15 +329,6 @@ impl Realised {
     fn bends(&self, term: &Term) -> bool {
         let hooks = super::linear_part::effect(&self.model, term).hooks();
         hooks.iter().any(|hook| matches!(hook, Hook::Numbers | Hook::Force))
-    }
-}
-
-/// The load that a measured input is where it enters with this value.
-fn load_of(input: &Input, plant: &Plant, entering: f64) -> f64 {
-    match input.enters {
-        Enters::Load => entering,
-        Enters::Actuator => -plant.drive_gain() * entering,
-        Enters::Sensor => 0.0,
     }
 }
 

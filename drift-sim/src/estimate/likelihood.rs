@@ -10,7 +10,6 @@ use nalgebra::DMatrix;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::measured_input::Enters;
 use crate::physics::Motion;
 use crate::simulate::{Simulation, Start};
 
@@ -397,17 +396,13 @@ pub fn start(realised: &Realised, signals: &Signals) -> Start {
         }
     };
     // At equilibrium the load that stays, and what was measured of it first, take their part of u.
-    let mut inputs = vec![0.0; signals.inputs.len()];
-    signals.inputs_at(0, &mut inputs);
-    let load = realised.constant_load + entering_first(model, Enters::Load, &inputs);
-    let added = entering_first(model, Enters::Actuator, &inputs);
-    let net = Start { u: u + added - load / model.plant.drive_gain(), state: None, ..known };
+    let drive_gain = model.plant.drive_gain();
+    let first = model.inputs.iter().zip(&signals.inputs);
+    let measured = first.map(|(input, values)| {
+        input.load(drive_gain, input.gain.value() * values.first().copied().unwrap_or(0.0))
+    });
+    let load = realised.constant_load + measured.sum::<f64>();
+    let net = Start { u: u - load / drive_gain, state: None, ..known };
     let state = net.state_for(model).ok();
     Start { u, state, ..net }
-}
-
-/// What the measured inputs are worth at a place where a recording begins.
-fn entering_first(model: &Loop, place: Enters, values: &[f64]) -> f64 {
-    let here = model.inputs.iter().zip(values).filter(|(input, _)| input.enters == place);
-    here.map(|(input, value)| input.gain.value() * value).sum()
 }

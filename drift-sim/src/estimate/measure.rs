@@ -38,11 +38,11 @@ pub fn scales(model: &Loop, recordings: &[Signals]) -> Scales {
     let u = positive(rms(&|s| deviation(&s.u)));
     let y = positive(rms(&|s| deviation(&s.y)));
     let is_position = matches!(&model.plant, Plant::Servo(servo) if servo.output == Output::Position);
-    let is_speed = matches!(&model.plant, Plant::Servo(servo) if servo.output == Output::Speed);
+    let is_speed = shows_speed(&model.plant);
     let speed = if is_position { rms(&|s| deviation(&speeds(s))) } else { y };
     let ts = model.sample_time_s;
     let position = recordings.iter().map(|s| {
-        let positions = if is_speed { integral(&held(&s.y), ts) } else { held(&s.y) };
+        let positions = positions(held(&s.y), is_speed, ts);
         let (low, high) = range(&positions);
         high - low
     });
@@ -122,6 +122,16 @@ fn speeds(signals: &Signals) -> Vec<f64> {
     y.windows(3).map(|y| 0.5 * (y[2] - y[0]) / signals.sample_time_s).collect()
 }
 
+/// Whether y is a speed.
+pub fn shows_speed(plant: &Plant) -> bool {
+    matches!(plant, Plant::Servo(servo) if servo.output == Output::Speed)
+}
+
+/// The way in samples of `ts`: y, or its integral where it is a speed.
+pub fn positions(y: Vec<f64>, is_speed: bool, ts: f64) -> Vec<f64> {
+    if is_speed { integral(&y, ts) } else { y }
+}
+
 /// The integral of x over samples of `ts`, from 0.
 pub fn integral(x: &[f64], ts: f64) -> Vec<f64> {
     let mut sum = 0.0;
@@ -136,12 +146,12 @@ pub fn integral(x: &[f64], ts: f64) -> Vec<f64> {
 
 /// Motions spread over the recordings.
 pub fn motions(model: &Loop, recordings: &[Signals]) -> Vec<Motion> {
-    let is_speed = matches!(&model.plant, Plant::Servo(servo) if servo.output == Output::Speed);
+    let is_speed = shows_speed(&model.plant);
     let mut all: Vec<Motion> = Vec::new();
     for signals in recordings {
         let y = held(&signals.y);
         let every = (y.len() * recordings.len() / MOTIONS).max(1);
-        let positions = if is_speed { integral(&y, signals.sample_time_s) } else { y.clone() };
+        let positions = positions(y.clone(), is_speed, signals.sample_time_s);
         let velocities: Vec<f64> = if is_speed { y } else { speeds(signals) };
         let pairs = positions.iter().zip(&velocities).step_by(every);
         all.extend(pairs.map(|(position, velocity)| Motion { position: *position, velocity: *velocity }));

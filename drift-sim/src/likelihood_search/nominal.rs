@@ -3,7 +3,7 @@
 use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
+use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise, is_of_loop};
 use crate::estimate::likelihood::Data;
 
 /// Noise that fits begin with: logarithm of the load's size over the drive's, its time constant in samples (positive) or as the
@@ -98,10 +98,7 @@ pub fn quiet(fit: &Fit, data: &Data) -> Option<Fit> {
     let size = (at(Target::LoadSize) - QUIETER).min(QUIET);
     let mut point = with_noise(hypothesis, &fit.point, size, -1.0 / 100.0, at(Target::SensorRho).min(1.5));
     for (free, x) in hypothesis.free.iter().zip(&mut point.x) {
-        if matches!(
-            free.target,
-            Target::Plant(_) | Target::InputGain(_) | Target::ConstantLoad | Target::Late
-        ) {
+        if is_of_loop(free.target) {
             *x = 0.0;
         }
     }

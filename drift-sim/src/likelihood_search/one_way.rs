@@ -2,10 +2,9 @@
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
-use crate::estimate::measure::integral;
+use crate::estimate::measure::{positions, shows_speed};
 use crate::estimate::signals::{Signals, held};
 use crate::physics::Family;
-use crate::plant::{Output, Plant};
 
 /// Part of the way forth that the way back is at most: what swings back a little when it stops holds too few samples to tell the two forces apart. A mass that stops at a step
 /// of its reference swings back by 0.0014 of its way, and a motor whose load and friction are told turns back by 0.014.
@@ -17,8 +16,8 @@ const TURNS: f64 = 6.0;
 pub fn hides_a_load(fit: &Fit, data: &Data) -> bool {
     let hypothesis = &fit.hypothesis;
     let has_friction = hypothesis.model.physics.iter().any(|term| term.kind.family == Some(Family::Friction));
-    let is_speed = matches!(&hypothesis.model.plant, Plant::Servo(servo) if servo.output == Output::Speed);
-    has_friction && goes_one_way(&data.recordings, is_speed, hypothesis.scales.noise)
+    has_friction
+        && goes_one_way(&data.recordings, shows_speed(&hypothesis.model.plant), hypothesis.scales.noise)
 }
 
 /// Whether hardly any of the way of these recordings leads back.
@@ -28,13 +27,11 @@ fn goes_one_way(recordings: &[Signals], is_speed: bool, noise: f64) -> bool {
         let y = held(&signals.y);
         let ts = signals.sample_time_s;
         // The integral of noise wanders by its deviation times the square root of the samples.
-        let (position, turns) = if is_speed {
-            (integral(&y, ts), TURNS * noise * ts * libm::sqrt(y.len() as f64))
-        } else {
-            (y, TURNS * noise)
-        };
-        let Some(mut at) = position.first().copied() else { continue };
-        for x in position {
+        let wanders = if is_speed { ts * libm::sqrt(y.len() as f64) } else { 1.0 };
+        let turns = TURNS * noise * wanders;
+        let way = positions(y, is_speed, ts);
+        let Some(mut at) = way.first().copied() else { continue };
+        for x in way {
             let next = at.clamp(x - turns, x + turns);
             if next > at {
                 forth += next - at

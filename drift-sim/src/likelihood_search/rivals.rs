@@ -3,7 +3,7 @@
 use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::{Fit, SLID_GAIN, Tangent};
-use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
+use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise, is_of_loop};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Kind, Parameter, Place, Start, Starts};
 use crate::stage;
@@ -435,11 +435,7 @@ impl Field {
 fn with_shared(fit: &Fit, other: &Fit) -> Point {
     let mut point = fit.point.clone();
     for (free, x) in fit.hypothesis.free.iter().zip(&mut point.x) {
-        let shared = is_noise(free.target)
-            || matches!(
-                free.target,
-                Target::Plant(_) | Target::InputGain(_) | Target::ConstantLoad | Target::Late
-            );
+        let shared = is_noise(free.target) || is_of_loop(free.target);
         if shared && let Some(value) = other.hypothesis.place(free.target).and_then(|i| other.point.x.get(i))
         {
             *x = *value;

@@ -6,8 +6,7 @@ use std::ops::Range;
 use super::body::{Body, Sample};
 use super::delay_line::DelayLine;
 use super::exact::Exact;
-use super::terms::Terms;
-use super::terms::place;
+use super::terms::{Terms, place};
 use super::{Inputs, Simulation, entering};
 use crate::measured_input::Enters;
 

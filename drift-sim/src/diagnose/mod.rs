@@ -320,7 +320,7 @@ pub fn diagnose_since(
     nominal: &Loop,
     options: &Options,
 ) -> Result<Diagnosis> {
-    check_inputs(nominal, recordings.iter().chain(healthy))?;
+    signals::check_open_inputs(nominal, recordings.iter().chain(healthy))?;
     diagnose_with(recordings, holdout, nominal, (healthy, options), |first| {
         // The older search moves no gain of a measured input.
         nominal.inputs.iter().try_for_each(Input::check)?;
@@ -329,22 +329,6 @@ pub fn diagnose_since(
         }
         let model = healthy::fitted(nominal, healthy)?;
         diagnose_beside(first, holdout, &model, healthy::event_gain(&model, healthy))
-    })
-}
-
-/// Whether each measured input whose gain is to be found changes in some recording.
-fn check_inputs<'a>(nominal: &Loop, of: impl Iterator<Item = &'a Signals> + Clone) -> Result<()> {
-    let changes = |i: usize| {
-        let mut values = of.clone().filter_map(|signals| signals.inputs.get(i)).flatten();
-        values.next().is_some_and(|first| values.any(|value| value != first))
-    };
-    let still = nominal.inputs.iter().enumerate().find(|(i, input)| input.gain.is_open() && !changes(*i));
-    still.map_or(Ok(()), |(_, input)| {
-        let what = format!(
-            "the measured input '{}' never changes, so that its gain can't be identified",
-            input.name()
-        );
-        Err(Error::new(what).allowed("a number as its gain, or recordings in which it changes"))
     })
 }
 

@@ -167,6 +167,25 @@ impl Signals {
     }
 }
 
+/// Whether each measured input whose gain is to be found changes in some recording.
+///
+/// # Errors
+/// One never does.
+pub fn check_open_inputs<'a>(nominal: &Loop, of: impl Iterator<Item = &'a Signals> + Clone) -> Result<()> {
+    let changes = |i: usize| {
+        let mut values = of.clone().filter_map(|signals| signals.inputs.get(i)).flatten();
+        values.next().is_some_and(|first| values.any(|value| value != first))
+    };
+    let still = nominal.inputs.iter().enumerate().find(|(i, input)| input.gain.is_open() && !changes(*i));
+    still.map_or(Ok(()), |(_, input)| {
+        let what = format!(
+            "the measured input '{}' never changes, so that its gain can't be identified",
+            input.name()
+        );
+        Err(Error::new(what).allowed("a number as its gain, or recordings in which it changes"))
+    })
+}
+
 /// The least and the greatest value; infinite the wrong way round of nothing.
 pub fn range(x: &[f64]) -> (f64, f64) {
     x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)))

@@ -114,6 +114,16 @@ impl Signals {
         }
     }
 
+    /// The stretch of so many samples in which u moves most, of those that begin a quarter of one apart: the first ones may show u at rest, or on one side of a gap alone.
+    pub fn liveliest(&self, most: usize) -> Range<usize> {
+        let until = |from: usize| self.len().min(from.saturating_add(most));
+        let moves = |from: usize| deviation(self.u.get(from..until(from)).unwrap_or(&[]));
+        let latest = self.len().saturating_sub(most);
+        let stretches = (0..=latest).step_by((most / 4).max(1)).map(|from| (from, moves(from)));
+        let (from, _) = stretches.reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default();
+        from..until(from)
+    }
+
     /// One sample in `factor`: r as it is there; u and the inputs as they are in the mean until the next; y as it is there, or, where noise hides how it
     /// bends, in the mean of the samples about it.
     pub fn coarser(&self, factor: usize) -> Self {
@@ -252,5 +262,14 @@ mod tests {
     fn what_bends_is_taken_as_it_is() {
         let wave = of((0..4_000).map(|n| f64::sin(f64::from(n) * 0.157)).collect());
         assert_eq!(wave.coarser(5).y, wave.y.iter().step_by(5).copied().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_liveliest_stretch_is_where_u_moves() {
+        let u: Vec<f64> = (0..1000).map(|k| if k < 600 { 0.0 } else { libm::sin(f64::from(k)) }).collect();
+        let signals = Signals { sample_time_s: 1.0, r: u.clone(), y: u.clone(), u, ..Signals::default() };
+        assert_eq!(signals.liveliest(400), 600..1000);
+        assert_eq!(signals.liveliest(2000), 0..1000);
+        assert_eq!(Signals::default().liveliest(10), 0..0);
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::control_loop::Loop;
 use crate::estimate::inner_product::dot;
-use crate::estimate::signals::{Signals, centred, deviation, held};
+use crate::estimate::signals::{Signals, centred, held};
 use crate::physics::{KINDS, Kind, Place, Scales, Starts, Term};
 use crate::simulate::actuated;
 
@@ -39,7 +39,11 @@ const KEPT: usize = 2;
 /// The likeliest actuators of unlike kinds, the best first; none where u itself does as well.
 pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<Term> {
     let most = ENOUGH / recordings.len().max(1);
-    let recordings: Vec<Signals> = recordings.iter().map(|signals| liveliest(signals, most)).collect();
+    let liveliest = |signals: &Signals| {
+        let stretch = signals.liveliest(most);
+        signals.part(stretch.start, stretch.end)
+    };
+    let recordings: Vec<Signals> = recordings.iter().map(liveliest).collect();
     let kinds: Vec<&'static Kind> = KINDS
         .iter()
         .copied()
@@ -55,15 +59,6 @@ pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<T
     found.retain(|actuated| actuated.gain > LEAST_GAIN);
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.into_iter().take(KEPT).map(|actuated| actuated.term).collect()
-}
-
-/// The stretch of so many samples in which u moves most, of those that begin a quarter of one apart: of a slow loop the first ones may show u on one side of a gap alone.
-fn liveliest(signals: &Signals, most: usize) -> Signals {
-    let latest = signals.len().saturating_sub(most);
-    let moves = |from: usize| deviation(signals.u.get(from..signals.len().min(from + most)).unwrap_or(&[]));
-    let stretches = (0..=latest).step_by((most / 4).max(1)).map(|from| (from, moves(from)));
-    let (from, _) = stretches.reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default();
-    signals.part(from, from + most)
 }
 
 /// The points of a kind that are tried; many more than by simulation where its likelihood is a narrow peak.
@@ -235,14 +230,6 @@ impl Products {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_liveliest_stretch_is_where_u_moves() {
-        let u: Vec<f64> = (0..1000).map(|k| if k < 600 { 0.0 } else { libm::sin(f64::from(k)) }).collect();
-        let signals = Signals { sample_time_s: 1.0, r: u.clone(), y: u.clone(), u, ..Signals::default() };
-        assert_eq!(liveliest(&signals, 400).origin_s, 600.0);
-        assert_eq!(liveliest(&signals, 2000).len(), 1000);
-    }
 
     #[test]
     fn products_that_follow_from_others_are_the_direct_sums() {

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::estimate::fit::Fit;
+use crate::estimate::fit::{Fit, SLID_GAIN};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Kind, Range, Start, Starts};
 
@@ -26,6 +26,8 @@ const LONG: usize = 12;
 /// Steps of the last climb, and their reach.
 const STEPS: usize = 100;
 const REACH: f64 = 0.002;
+/// The first and the last width, as parts of the largest number, by which a number of either sign is moved.
+const SIGNED: (f64, f64) = (0.25, 0.002);
 /// Points that are forecast for other peaks of a top, how far they are drawn from it, the least number as a part of the largest, and slides of the other
 /// numbers there.
 const LOOKED_AT: usize = 600;
@@ -61,12 +63,38 @@ pub fn at_needle(fit: Fit, kind: &Kind, data: &Data) -> Fit {
     let to_the_top = |from: Fit| {
         let Some(mut climbed) = climbed(&from, kind, data) else { return from };
         climbed.descend(data, LONG, &fixed);
+        settle_signed(&mut climbed, data);
         climbed
     };
     let fit = to_the_top(fit);
     match peaks_beside(&fit, data).into_iter().next() {
         Some(other) if other.objective() < fit.objective() => to_the_top(other),
         _ => fit,
+    }
+}
+
+/// Moves the numbers of the last term that may have either sign (where the stem was at the start), by parts of its largest number: a climb moves each by a part of
+/// itself, and one near zero nowhere.
+fn settle_signed(fit: &mut Fit, data: &Data) {
+    let Some((kind, top)) = top(fit) else { return };
+    let Some(tangent) = fit.tangent(data, &stuck(&fit.hypothesis)) else { return };
+    let largest = top.iter().copied().fold(0.0, f64::max);
+    for (place, parameter) in stuck(&fit.hypothesis).into_iter().zip(kind.parameters) {
+        let Some(free) = fit.hypothesis.free.get(place).filter(|_| parameter.range == Range::Any) else {
+            continue;
+        };
+        let mut width = SIGNED.0 * largest / free.scale;
+        let least = SIGNED.1 * largest / free.scale;
+        while width > least {
+            let moved = [-width, width].into_iter().any(|by| {
+                let mut point = fit.point.clone();
+                point.x.get_mut(place).iter_mut().for_each(|x| **x += by);
+                fit.tried(point, data, Some(&tangent), SLID_GAIN)
+            });
+            if !moved {
+                width *= 0.5;
+            }
+        }
     }
 }
 

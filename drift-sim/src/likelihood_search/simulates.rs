@@ -134,14 +134,32 @@ impl Trial<'_> {
         self.found.physics.iter().all(is_noise)
             || after.error() < MOST_WORSE * before.error()
             || as_noise_has_it()
+            || self.is_led_no_farther()
+    }
+
+    /// The same where u leads a plant that does not keep its level: an offset of u that nothing shows leads either simulation anywhere.
+    fn is_led_no_farther(&self) -> bool {
+        let (found, shown) = (self.found, self.shown);
+        let is_open = found.improved.controller == Controller::Recorded;
+        if !is_open || found.improved.plant.keeps_its_level() || found.physics.iter().any(is_play) {
+            return false;
+        }
+        let missed_by = |model: &Loop| missed(model, shown, self.load_sd()?);
+        let (before, after) = (missed_by(&found.refitted), missed_by(self.model));
+        before.zip(after).is_some_and(|(before, after)| after < MOST_WORSE * before)
+    }
+
+    /// Deviation of the random load.
+    fn load_sd(&self) -> Option<f64> {
+        let realised = self.fit.hypothesis.realise(&self.fit.point)?;
+        Some(realised.noise.load_ratio * self.fit.rows.sensor_sd)
     }
 
     /// How many times worse this recording is simulated than those that are drawn from the fit, its noise among it.
     fn beyond_noise(&self) -> Option<f64> {
         let model = self.model;
-        let realised = self.fit.hypothesis.realise(&self.fit.point)?;
-        let load = realised.noise.load_ratio * self.fit.rows.sensor_sd;
-        let missed_of_drawn = |seed| missed(model, &self.drawn(model, &realised.noise, seed)?, load);
+        let (noise, load) = (self.fit.hypothesis.realise(&self.fit.point)?.noise, self.load_sd()?);
+        let missed_of_drawn = |seed| missed(model, &self.drawn(model, &noise, seed)?, load);
         let drawn: Option<Vec<f64>> = (0..DRAWN).map(missed_of_drawn).collect();
         let mean = drawn?.iter().sum::<f64>() / DRAWN as f64;
         Some(missed(model, self.shown, load)? / mean.max(1e-300))

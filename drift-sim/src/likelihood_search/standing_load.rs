@@ -9,6 +9,7 @@ use crate::physics::Kind;
 use crate::plant::Role;
 
 use super::decide::{cost_of_numbers, independent_share};
+use super::interval;
 use super::one_way;
 use super::prove::gained;
 use super::search::Choice;
@@ -21,7 +22,7 @@ const ALIKE: &str = "sensor_bias";
 const REFIT_STEPS: usize = 10;
 
 /// What speaks for the load that stays of a fit; `None` where the plant has an offset for it, where it gains less than `least` or nothing for sure on the unseen
-/// samples, or where dry friction is the same on a way that leads only forth.
+/// samples, where its interval reaches zero, or where dry friction is the same on a way that leads only forth.
 pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     let hypothesis = &best.hypothesis;
     let place = hypothesis.place(Target::ConstantLoad).filter(|_| !has_offset(hypothesis))?;
@@ -40,9 +41,20 @@ pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
         return None;
     }
     let unseen = gained(best, &without, data).filter(|unseen| unseen.is_sure())?;
+    if may_be_none(best, place, data) {
+        return None;
+    }
     let is_alike = hypothesis.model.plant.keeps_its_level();
     let tied = Kind::named(ALIKE).ok().filter(|_| is_alike).map(|kind| kind.name);
     Some(Choice { tied: tied.into_iter().collect(), gain, unseen: Some(unseen), among: 0 })
+}
+
+/// Whether the load's interval reaches zero: the other numbers take it up, further off than the fit without it went.
+fn may_be_none(best: &Fit, place: usize, data: &Data) -> bool {
+    let widths = interval::half_widths(best, data);
+    let (free, x) = (best.hypothesis.free.get(place), best.point.x.get(place));
+    let load = free.zip(x).map_or(0.0, |(free, x)| free.value(*x));
+    widths.get(place).is_none_or(|width| *width >= load.abs())
 }
 
 /// What the prior of the load that stays adds to a fit's objective.
@@ -55,4 +67,64 @@ pub fn prior_row(fit: &Fit) -> f64 {
 /// Whether the load that stays is a number of the plant, or the level of one of which nothing is stated.
 fn has_offset(hypothesis: &Hypothesis) -> bool {
     hypothesis.level.is_some() || hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::*;
+    use crate::control_loop::Loop;
+    use crate::estimate::measure;
+    use crate::estimate::signals::Signals;
+    use crate::likelihood_search::nominal;
+    use crate::likelihood_search::options::Options;
+    use crate::likelihood_search::simulates::sequence;
+
+    const SAMPLES: usize = 3_000;
+    const LOAD: f64 = 0.3;
+
+    /// A motor, written out: `0.1 speed' = u - 0.5 speed - 0.3`, u held over each sample, and a sensor with white noise.
+    fn motor(u: impl Fn(usize) -> f64) -> Signals {
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        let noise = sequence(SAMPLES, 0.01, 0.0, &mut random);
+        let u: Vec<f64> = (0..SAMPLES).map(u).collect();
+        let mut speed = (u[0] - LOAD) / 0.5;
+        let mut y: Vec<f64> = Vec::new();
+        for (u, noise) in u.iter().zip(noise) {
+            y.push(speed + noise);
+            speed += (1.0 - libm::exp(-0.01 * 0.5 / 0.1)) * ((u - LOAD) / 0.5 - speed);
+        }
+        Signals { sample_time_s: 0.01, r: u.clone(), y, u, ..Signals::default() }
+    }
+
+    /// Whether the load of a motor that is stated with 0.8 of its friction may be none, and what it is.
+    fn fitted(recording: Signals) -> (bool, f64) {
+        let text = "[loop]\nsample_time_s = 0.01\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"servo\"\noutput = \"speed\"\ninertia = 0.1\nviscous = 0.4\nactuator_gain = 1.0\n";
+        let model = Loop::parse(text, "a motor").unwrap();
+        let recordings = vec![recording];
+        let scales = measure::scales(&model, &recordings);
+        let hypothesis = Hypothesis::nominal(&model, &scales, &Options::default().priors);
+        let data = Data::new(&hypothesis, recordings, vec![SAMPLES]);
+        let fit = nominal::fit(&hypothesis, &data).unwrap();
+        let place = fit.hypothesis.place(Target::ConstantLoad).unwrap();
+        let load = fit.hypothesis.realise(&fit.point).unwrap().constant_load;
+        (may_be_none(&fit, place, &data), load)
+    }
+
+    /// Turning both ways tells the load from the viscous friction.
+    #[test]
+    fn a_load_that_the_motion_tells_is_one() {
+        let (may_be_none, load) = fitted(motor(|n| if n / 400 % 2 == 0 { 1.0 } else { -0.6 }));
+        assert!(!may_be_none);
+        assert!((load - LOAD).abs() < 0.01, "{load}");
+    }
+
+    /// At one speed the viscous friction takes up all of it.
+    #[test]
+    fn a_load_at_one_speed_may_be_none() {
+        let (may_be_none, load) = fitted(motor(|_| 1.0));
+        assert!(may_be_none, "{load}");
+    }
 }

@@ -27,7 +27,7 @@ const NOTHING: f64 = 1e-6;
 /// How much is looked at.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
-    /// Samples of the first recording that are forecast.
+    /// Samples of the first recording that are forecast: those in which u moves most.
     pub seen: usize,
     /// Points that are run.
     pub run: usize,
@@ -75,7 +75,9 @@ fn are_near(a: &[f64], b: &[f64], part: f64) -> bool {
 struct Forecast {
     term: Term,
     model: Loop,
+    /// u, from `before` samples before the first that is forecast: what leaves the actuator follows from what came before.
     u: Vec<f64>,
+    before: usize,
     /// What leaves it at the fit, and the innovations there.
     left: Vec<f64>,
     z: Vec<Complex<f64>>,
@@ -92,25 +94,31 @@ impl Forecast {
         let model = hypothesis.realise(&base.fit.point)?.model;
         let term = model.physics.last()?.clone();
         let recording: &Signals = base.data.recordings.first()?;
-        let n = seen.min(*base.data.fitted.first()?).min(recording.len());
-        let u = recording.u.get(..n)?.to_vec();
+        let fitted = recording.part(0, *base.data.fitted.first()?);
+        let stretch = fitted.liveliest(seen);
+        let (start, end, n) = (stretch.start, stretch.end, stretch.len());
+        let before = start.min(seen);
+        let u = fitted.u.get(start - before..end)?.to_vec();
         let spread = hypothesis.scales.u_range;
-        let left = actuated(&model, &u);
+        let left = actuated(&model, fitted.u.get(..end)?);
         let own = hypothesis.places_of(hypothesis.candidates().len() - 1);
         let others =
             base.tangent.moving.iter().zip(base.tangent.columns()).filter(|(place, _)| !own.contains(place));
-        let directions = orthonormal(others.filter_map(|(_, column)| column.get(..n)));
+        let directions = orthonormal(others.filter_map(|(_, column)| column.get(stretch.clone())));
         // The same loop with an actuator that passes everything, driven by what left the other.
         let passing = Start::of(neutral(term.kind));
         let point = hypothesis.started(&base.fit.point, &passing, 0.0);
         let innovations = |u: Vec<f64>| {
-            let recording = Signals { u, ..recording.part(0, n) };
-            let data = Data::new(hypothesis, vec![recording], vec![n]).colored(base.data.coloring().clone());
-            Some(Fit::at(hypothesis, &point, &data)?.rows.z)
+            let recording = Signals { u, ..fitted.part(0, end) };
+            let data =
+                Data::new(hypothesis, vec![recording], vec![end]).colored(base.data.coloring().clone());
+            Some(Fit::at(hypothesis, &point, &data)?.rows.z.get(stretch.clone())?.to_vec())
         };
         let middle = n / 2;
-        let stepped = left.iter().enumerate().map(|(k, x)| if k < middle { *x } else { x + STEP * spread });
+        let stepped =
+            left.iter().enumerate().map(|(k, x)| if k < start + middle { *x } else { x + STEP * spread });
         let (z, moved) = (innovations(left.clone())?, innovations(stepped.collect())?);
+        let left = left.get(start..)?.to_vec();
         let step: Vec<f64> =
             moved.iter().zip(&z).skip(middle).map(|(a, b)| (a - b) / (STEP * spread)).collect();
         let answer = ended(onset::impulse_of(&step));
@@ -124,7 +132,7 @@ impl Forecast {
         let (z, directions) = (scaled(&z)?, directions.iter().map(|direction| scaled(direction)));
         let directions = directions.map(|values| Some(parts(&values?))).collect::<Option<_>>()?;
         let answer = scaled(&answer)?;
-        Some(Self { term, model, u, left, z, directions, answer, spectrum })
+        Some(Self { term, model, u, before, left, z, directions, answer, spectrum })
     }
 
     /// Points with the squares that are left at each, the fewest first.
@@ -141,7 +149,7 @@ impl Forecast {
     fn squares(&self, parameters: &[f64]) -> Option<f64> {
         let mut model = self.model.clone();
         model.physics.last_mut()?.parameters = parameters.to_vec();
-        let mut change = actuated(&model, &self.u);
+        let mut change = actuated(&model, &self.u).split_off(self.before.min(self.u.len()));
         change.iter_mut().zip(&self.left).for_each(|(now, at_fit)| *now -= at_fit);
         let mut z = self.spectrum.of(&change)?;
         z.iter_mut().zip(&self.answer).zip(&self.z).for_each(|((x, h), at_fit)| *x = *x * h + at_fit);

@@ -169,3 +169,64 @@ pub fn near_the_top(fit: &Fit, data: &Data) -> Vec<Fit> {
     let drawn = drawn(kind, &top, DRAWN, |i| SCATTER / f64::from(1 << (i % 5)));
     drawn.par_iter().filter_map(|parameters| with(fit, parameters, data)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control_loop::Loop;
+    use crate::estimate::hypothesis::Hypothesis;
+    use crate::estimate::measure;
+    use crate::estimate::signals::Signals;
+    use crate::likelihood_search::nominal;
+    use crate::likelihood_search::options::Options;
+    use crate::likelihood_search::simulates::sequence;
+    use crate::physics::Term;
+
+    const SAMPLES: usize = 9_000;
+    /// u rests within the band until then.
+    const RESTS: usize = 4_000;
+    const BAND: f64 = 1.0;
+    const JUMP: f64 = 0.4;
+
+    /// A flow behind a valve, written out: the stem stays until u is a band away from it, then goes to within the band less the jump of it; y follows with gain 2 and
+    /// a lag of 10 samples. u is noisy, rests at first, then swings over three bands to and fro.
+    fn flow() -> Signals {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let (of_u, of_y) =
+            (sequence(SAMPLES, 0.05, 0.0, &mut random), sequence(SAMPLES, 0.02, 0.0, &mut random));
+        let (mut stem, mut level) = (0.0_f64, 0.0);
+        let (mut u, mut y) = (Vec::new(), Vec::new());
+        for (n, (of_u, of_y)) in of_u.iter().zip(of_y).enumerate() {
+            let swing = n.saturating_sub(RESTS) as f64 / 130.0;
+            u.push(3.0 * libm::sin(swing) + of_u);
+            y.push(level + of_y);
+            let off = u[n] - stem;
+            if off.abs() > BAND {
+                stem = u[n] - (BAND - JUMP).copysign(off);
+            }
+            level += (1.0 - libm::exp(-0.1)) * (2.0 * stem - level);
+        }
+        Signals { sample_time_s: 1.0, r: y.clone(), y, u, ..Signals::default() }
+    }
+
+    /// From what backlash of the same lag would be, the way leads to the needle, though no valve moves in the first samples.
+    #[test]
+    fn a_valve_that_rests_at_first_is_found() {
+        let text = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.1\ntime_constant_s = 9.0\n";
+        let model = Loop::parse(text, "a flow").unwrap();
+        let recordings = vec![flow()];
+        let scales = measure::scales(&model, &recordings);
+        let plain = Hypothesis::nominal(&model, &scales, &Options::default().priors);
+        let data = Data::new(&plain, recordings, vec![SAMPLES]);
+        let beside = [("stick_band", BAND - 0.5 * JUMP), ("slip_jump", 0.02), ("stem_at_start", 0.0)];
+        let hypothesis = plain.with(Term::new("stiction", &beside).unwrap());
+        let fit = nominal::fit_noise(&hypothesis, &data, &hypothesis.places_of(0)).unwrap();
+        let near = near_needle(fit, &data);
+        let found = parameters(&near).unwrap();
+        assert!((found[0] - BAND).abs() < 0.005 * BAND, "{found:?}");
+        let kind = last_kind(&near).unwrap();
+        let top = at_needle(near, kind, &data);
+        let found = parameters(&top).unwrap();
+        assert!((found[0] - BAND).abs() < 0.003 * BAND && (found[1] - JUMP).abs() < 0.05 * JUMP, "{found:?}");
+    }
+}

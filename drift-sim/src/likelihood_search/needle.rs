@@ -174,12 +174,10 @@ pub fn near_the_top(fit: &Fit, data: &Data) -> Vec<Fit> {
 mod tests {
     use super::*;
     use crate::control_loop::Loop;
-    use crate::estimate::hypothesis::Hypothesis;
-    use crate::estimate::measure;
     use crate::estimate::signals::Signals;
-    use crate::likelihood_search::nominal;
     use crate::likelihood_search::options::Options;
     use crate::likelihood_search::simulates::sequence;
+    use crate::likelihood_search::{self, nominal};
     use crate::physics::Term;
 
     const SAMPLES: usize = 9_000;
@@ -215,8 +213,7 @@ mod tests {
         let text = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.1\ntime_constant_s = 9.0\n";
         let model = Loop::parse(text, "a flow").unwrap();
         let recordings = vec![flow()];
-        let scales = measure::scales(&model, &recordings);
-        let plain = Hypothesis::nominal(&model, &scales, &Options::default().priors);
+        let plain = likelihood_search::hypothesis(&model, &recordings, &Options::default());
         let data = Data::new(&plain, recordings, vec![SAMPLES]);
         let beside = [("stick_band", BAND - 0.5 * JUMP), ("slip_jump", 0.02), ("stem_at_start", 0.0)];
         let hypothesis = plain.with(Term::new("stiction", &beside).unwrap());

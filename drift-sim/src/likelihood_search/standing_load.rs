@@ -76,11 +76,10 @@ mod tests {
 
     use super::*;
     use crate::control_loop::Loop;
-    use crate::estimate::measure;
     use crate::estimate::signals::Signals;
-    use crate::likelihood_search::nominal;
     use crate::likelihood_search::options::Options;
     use crate::likelihood_search::simulates::sequence;
+    use crate::likelihood_search::{self, nominal};
 
     const SAMPLES: usize = 3_000;
     const LOAD: f64 = 0.3;
@@ -104,8 +103,7 @@ mod tests {
         let text = "[loop]\nsample_time_s = 0.01\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"servo\"\noutput = \"speed\"\ninertia = 0.1\nviscous = 0.4\nactuator_gain = 1.0\n";
         let model = Loop::parse(text, "a motor").unwrap();
         let recordings = vec![recording];
-        let scales = measure::scales(&model, &recordings);
-        let hypothesis = Hypothesis::nominal(&model, &scales, &Options::default().priors);
+        let hypothesis = likelihood_search::hypothesis(&model, &recordings, &Options::default());
         let data = Data::new(&hypothesis, recordings, vec![SAMPLES]);
         let fit = nominal::fit(&hypothesis, &data).unwrap();
         let place = fit.hypothesis.place(Target::ConstantLoad).unwrap();

@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use crate::cores::AcrossCores as _;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
-use super::hypothesis::{Hypothesis, Point};
+use super::bounded::Bounded;
+use super::hypothesis::{Hypothesis, Point, is_noise};
 use super::inner_product::dot;
 use super::lanes::LANES;
 use super::likelihood::{Cache, Data, Rows, rows, rows_at};
@@ -24,6 +25,8 @@ pub struct Fit {
 
 /// A fit ends where a step gains less of the objective than this.
 const LEAST_GAIN: f64 = 0.1;
+/// What the damping takes for the curvature of a number that changes nothing.
+const FLAT: f64 = 1e-9;
 /// Further steps along the same columns: each costs one run, where the columns cost one for each number.
 const MORE_STEPS: usize = 3;
 /// Noise numbers move by at most this in one step: their logarithms are far from linear.
@@ -97,7 +100,7 @@ impl Fit {
         self.hypothesis
             .free
             .iter_mut()
-            .filter(|free| !super::hypothesis::is_noise(free.target))
+            .filter(|free| !is_noise(free.target))
             .for_each(|free| free.step *= CLOSER);
     }
 
@@ -105,16 +108,20 @@ impl Fit {
     pub fn slide(&mut self, data: &Data, tangent: &Tangent, steps: usize) {
         let mut cache = Cache::at(&self.hypothesis, &self.point, data);
         for _ in 0..steps {
-            let mut damped = tangent.curvature(self);
-            for i in 0..tangent.moving.len() {
-                damped[(i, i)] *= 1.0 + DAMPING;
-                damped[(i, i)] += 1e-12;
+            let curvature = tangent.curvature(self);
+            let slope = tangent.slope(self);
+            let Some(step) =
+                Bounded::least(&damped(&curvature, DAMPING), &slope, &self.room(&tangent.moving))
+            else {
+                return;
+            };
+            if fall(&curvature, &slope, &step.by) < LEAST_GAIN {
+                return;
             }
-            let Some(solved) = damped.cholesky().map(|c| c.solve(&tangent.slope(self))) else { return };
             let before = self.objective();
-            let whole = self.shifted(&tangent.moving, &solved, 1.0);
+            let whole = self.shifted(&tangent.moving, &step.by, 1.0);
             if !self.moved(whole, data, &mut cache, 0.0) {
-                let part = self.shifted(&tangent.moving, &solved, 0.3);
+                let part = self.shifted(&tangent.moving, &step.by, 0.3);
                 if !self.moved(part, data, &mut cache, 0.0) {
                     return;
                 }
@@ -125,18 +132,25 @@ impl Fit {
         }
     }
 
-    /// The point less a part of a step, within the bounds.
-    fn shifted(&self, moving: &[usize], step: &DVector<f64>, part: f64) -> Point {
+    /// The point with a part of a step, within the bounds.
+    fn shifted(&self, moving: &[usize], by: &DVector<f64>, part: f64) -> Point {
         let mut point = self.point.clone();
-        for (i, at) in moving.iter().enumerate() {
-            let (Some(free), Some(x)) = (self.hypothesis.free.get(*at), point.x.get_mut(*at)) else {
-                continue;
-            };
-            let is_noise = super::hypothesis::is_noise(free.target);
-            let reach = if is_noise { NOISE_REACH } else { f64::INFINITY };
-            *x = (*x - part * step[i].clamp(-reach, reach)).clamp(free.low, free.high);
+        for ((at, by), (low, high)) in moving.iter().zip(by.iter()).zip(self.room(moving)) {
+            if let Some(x) = point.x.get_mut(*at) {
+                *x += (part * by).clamp(low, high);
+            }
         }
         point
+    }
+
+    /// By how much each number may move at least and at most in one step.
+    fn room(&self, moving: &[usize]) -> Vec<(f64, f64)> {
+        let of = |at: &usize| {
+            let (free, x) = (self.hypothesis.free.get(*at)?, self.point.x.get(*at)?);
+            let reach = if is_noise(free.target) { NOISE_REACH } else { f64::INFINITY };
+            Some(((free.low - x).clamp(-reach, 0.0), (free.high - x).clamp(0.0, reach)))
+        };
+        moving.iter().map(|at| of(at).unwrap_or((0.0, 0.0))).collect()
     }
 
     /// How the rows change with each of the moving numbers.
@@ -178,27 +192,27 @@ impl Fit {
         columns.collect()
     }
 
-    /// One step, its damping raised until the objective falls; whether it fell. Where a step along a straight line fails, one that follows the bend is
-    /// tried before it is shortened: in a narrow valley that bends, short steps lead nowhere.
+    /// One step, its damping raised until the objective falls; whether it fell. Where the first step along a straight line fails, one that follows the
+    /// bend is tried before it is shortened: in a narrow valley that bends, short steps lead nowhere.
     fn step(&mut self, data: &Data, tangent: &Tangent, damping: &mut f64) -> bool {
-        let (normal, slope) = (tangent.curvature(self), tangent.slope(self));
-        for _ in 0..TRIES {
-            let mut damped = normal.clone();
-            for i in 0..tangent.moving.len() {
-                damped[(i, i)] += *damping * (normal[(i, i)] + 1e-12);
-            }
-            let Some(cholesky) = damped.cholesky() else {
+        let (curvature, slope) = (tangent.curvature(self), tangent.slope(self));
+        let room = self.room(&tangent.moving);
+        for tried in 0..TRIES {
+            let Some(step) = Bounded::least(&damped(&curvature, *damping), &slope, &room) else {
                 *damping *= 10.0;
                 continue;
             };
-            let straight = cholesky.solve(&slope);
-            let point = self.shifted(&tangent.moving, &straight, 1.0);
+            if fall(&curvature, &slope, &step.by) < LEAST_GAIN {
+                return false;
+            }
+            let point = self.shifted(&tangent.moving, &step.by, 1.0);
             let mut cache = Cache::default();
             if self.moved(point, data, &mut cache, 0.0)
-                || self.bent(data, tangent, &straight, &cholesky).is_some_and(|bent| {
-                    let point = self.shifted(&tangent.moving, &bent, 1.0);
-                    self.moved(point, data, &mut cache, 0.0)
-                })
+                || (tried == 0
+                    && self.bent(data, tangent, &step).is_some_and(|bent| {
+                        let point = self.shifted(&tangent.moving, &bent, 1.0);
+                        self.moved(point, data, &mut cache, 0.0)
+                    }))
             {
                 *damping = (*damping / 5.0).max(LEAST_DAMPING);
                 return true;
@@ -210,14 +224,8 @@ impl Fit {
 
     /// A straight step with its geodesic acceleration (Transtrum & Sethna 2012, "Improvements to the Levenberg-Marquardt algorithm"): the second
     /// derivative along it, from one run. `None` where that is no smaller than the step itself.
-    fn bent(
-        &self,
-        data: &Data,
-        tangent: &Tangent,
-        straight: &DVector<f64>,
-        cholesky: &Cholesky<f64, Dyn>,
-    ) -> Option<DVector<f64>> {
-        let near = self.shifted(&tangent.moving, straight, LOOK_AHEAD);
+    fn bent(&self, data: &Data, tangent: &Tangent, straight: &Bounded) -> Option<DVector<f64>> {
+        let near = self.shifted(&tangent.moving, &straight.by, LOOK_AHEAD);
         let ahead = rows(&self.hypothesis, &near, data, &mut Cache::default())?;
         let moved = tangent.moving.iter().map(|at| Some(near.x.get(*at)? - self.point.x.get(*at)?));
         let moved: Vec<f64> = moved.collect::<Option<_>>()?;
@@ -228,8 +236,8 @@ impl Fit {
         // Of z the second derivative is 2/h^2 of what a straight line misses, of which the step takes half.
         let scale = weight(self) / (LOOK_AHEAD * LOOK_AHEAD);
         let along = tangent.columns.iter().map(|column| scale * dot(column, &bend));
-        let correction = cholesky.solve(&DVector::from_iterator(tangent.columns.len(), along));
-        (2.0 * correction.norm() < MOST_BENT * straight.norm()).then(|| straight + correction)
+        let correction = straight.more(&DVector::from_iterator(tangent.columns.len(), along));
+        (2.0 * correction.norm() < MOST_BENT * straight.by.norm()).then(|| &straight.by + correction)
     }
 
     /// Tries onsets of a candidate term all over the recording, then those between the best one's neighbours: what shows at some times only has
@@ -432,6 +440,20 @@ impl Tangent {
         });
         DVector::from_iterator(self.columns.len(), along)
     }
+}
+
+/// A curvature with a part of its diagonal added to it.
+fn damped(curvature: &DMatrix<f64>, by: f64) -> DMatrix<f64> {
+    let mut damped = curvature.clone();
+    for i in 0..curvature.nrows() {
+        damped[(i, i)] += by * (curvature[(i, i)] + FLAT);
+    }
+    damped
+}
+
+/// By how much the objective falls over a step, as slope and curvature have it.
+fn fall(curvature: &DMatrix<f64>, slope: &DVector<f64>, by: &DVector<f64>) -> f64 {
+    -2.0 * slope.dot(by) - (curvature * by).dot(by)
 }
 
 /// One over the rows' mean square.

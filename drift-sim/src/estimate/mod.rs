@@ -2,6 +2,7 @@
 //! ([`noise`]), one filter ([`innovations`]), one likelihood ([`likelihood`]), one search ([`fit`]) for all that is concluded from
 //! recordings.
 
+mod bounded;
 pub mod driven;
 pub mod filter_batch;
 mod filter_forced;

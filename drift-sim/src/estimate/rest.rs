@@ -200,7 +200,7 @@ impl<T: Side> Rest<T> {
         self.moves_for = T::choose(rested, zero, self.moves_for + one);
         let before = self.covariance.unwrap_or_else(|| {
             let (shown, variance) = law.shown(&law.settled);
-            law.settled.measured(&shown, variance)
+            law.settled.measured(&shown, T::all(1.0) / variance)
         });
         let is_long = T::all(LONG - 0.5).is_less(self.moves_for);
         let mut p = law.moved(&before, (rested, lacks * self.per_unit)).or(is_long, &law.settled);
@@ -215,12 +215,13 @@ impl<T: Side> Rest<T> {
             (shown, variance) = law.shown(&p);
         }
         let is_any_not = T::holds_anywhere(self.moves_for.is_less(T::all(LONG)));
-        self.covariance = is_any_not.then(|| p.measured(&shown, variance));
+        let per_variance = one / variance;
+        self.covariance = is_any_not.then(|| p.measured(&shown, per_variance));
         let or = |own: T, moving: T| T::choose(is_long, moving, own);
         Some(Gains {
-            states: std::array::from_fn(|i| or(shown[i] / variance, moving.states[i])),
-            load: or(shown[LOAD] / variance, moving.load),
-            sensor: or(shown[SENSOR] / variance, moving.sensor),
+            states: std::array::from_fn(|i| or(shown[i] * per_variance, moving.states[i])),
+            load: or(shown[LOAD] * per_variance, moving.load),
+            sensor: or(shown[SENSOR] * per_variance, moving.sensor),
             per_deviation: or(self.per_unit / variance.sqrt(), moving.per_deviation),
             log_variance: or(variance.ln(), moving.log_variance),
         })
@@ -241,8 +242,8 @@ impl<T: Side> Rest<T> {
 impl<T: Side> Covariance<T> {
     /// The same after a measurement.
     #[inline(always)]
-    fn measured(&self, shown: &[T; ALL], variance: T) -> Self {
-        let gains = shown.map(|shown| shown / variance);
+    fn measured(&self, shown: &[T; ALL], per_variance: T) -> Self {
+        let gains = shown.map(|shown| shown * per_variance);
         Self::from_fn(|i, j| self.at(i, j) - gains[i] * shown[j])
     }
 

@@ -161,12 +161,9 @@ impl<T: Side> Gone<T> {
         let skipped = self.counts_from.saturating_sub(first).min(measured.len());
         let counted = measured.get(skipped..).unwrap_or(&[]);
         let innovations = innovations.get(skipped..).unwrap_or(&[]);
-        for y in counted {
-            if y.is_finite() {
-                self.log_variances = self.log_variances + gains.log_variance;
-                self.count += 1;
-            }
-        }
+        let known = counted.iter().filter(|y| y.is_finite()).count();
+        self.log_variances = self.log_variances + T::all(known as f64) * gains.log_variance;
+        self.count += known;
         for (lane, kept) in self.scaled.iter_mut().enumerate() {
             let slots = kept.get_mut(first + skipped..).unwrap_or(&mut []);
             for ((slot, e), y) in slots.iter_mut().zip(innovations).zip(counted) {

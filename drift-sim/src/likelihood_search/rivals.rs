@@ -21,7 +21,7 @@ const LEAST: f64 = 3.0;
 const LONG: usize = 12;
 const AGAIN: usize = 5;
 const POLISH: usize = 30;
-/// Part of the best one's gain from which on a kind's fit is polished and its idle numbers are counted.
+/// Part of the best one's gain from which on a kind's fit begins again from the best ones' shared numbers, is polished, and its idle numbers are counted.
 const NEAR: f64 = 0.8;
 /// Part of the best one's gain from which on a kind's fit goes on over all samples, and steps of the others there.
 const ON_ALL: f64 = 0.5;
@@ -30,7 +30,7 @@ const BEHIND: usize = 2;
 const NEEDLED: f64 = 0.5;
 const LEAST_NEEDLED: f64 = 60.0;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
-const WORTH: f64 = 0.15;
+const WORTH: f64 = 0.3;
 const CLOSE: f64 = 60.0;
 /// Samples by which an onset is moved to and fro at the end.
 const SETTLED: f64 = 12.0;
@@ -351,7 +351,7 @@ impl Field {
                 self.base = fit;
             }
         }
-        self.rivals.par_iter_mut().filter(|rival| rival.ended).for_each(|rival| {
+        self.near_the_best().into_par_iter().for_each(|rival| {
             for other in &best {
                 if other.hypothesis.candidates().last().map(|term| term.kind) == Some(rival.kind) {
                     continue;

@@ -233,25 +233,32 @@ pub struct Rows {
 /// The rows of a hypothesis at a point; `None` where it can't be simulated.
 pub fn rows(hypothesis: &Hypothesis, point: &Point, data: &Data, cache: &mut Cache) -> Option<Rows> {
     let ready = Ready::at(hypothesis, point, data, cache, data.longest())?;
-    rows_of(hypothesis, &[(point, ready)], data).pop()?
+    rows_of(&[(hypothesis, point, ready)], data).pop()?
 }
 
 /// The same at several points, side by side, from gains that are known near them.
 pub fn rows_at(hypothesis: &Hypothesis, points: &[Point], data: &Data, near: &Cache) -> Vec<Option<Rows>> {
-    let ready = |point| Ready::at(hypothesis, point, data, &mut near.clone(), data.longest());
+    let points: Vec<(&Hypothesis, &Point)> = points.iter().map(|point| (hypothesis, point)).collect();
+    rows_of_each(&points, data, near)
+}
+
+/// The same of hypotheses that differ in their terms.
+pub fn rows_of_each(points: &[(&Hypothesis, &Point)], data: &Data, near: &Cache) -> Vec<Option<Rows>> {
+    let ready = |(hypothesis, point): &(&Hypothesis, &Point)| {
+        Ready::at(hypothesis, point, data, &mut near.clone(), data.longest())
+    };
     let ready: Vec<Option<Ready>> = points.iter().map(ready).collect();
     let is_ready: Vec<bool> = ready.iter().map(Option::is_some).collect();
-    let able: Vec<(&Point, Ready)> =
-        points.iter().zip(ready).filter_map(|(point, ready)| Some((point, ready?))).collect();
-    let mut found = rows_of(hypothesis, &able, data).into_iter();
+    let able = points.iter().zip(ready).filter_map(|((of, point), ready)| Some((*of, *point, ready?)));
+    let mut found = rows_of(&able.collect::<Vec<_>>(), data).into_iter();
     is_ready.into_iter().map(|is_ready| if is_ready { found.next().flatten() } else { None }).collect()
 }
 
-fn rows_of(hypothesis: &Hypothesis, points: &[(&Point, Ready)], data: &Data) -> Vec<Option<Rows>> {
+fn rows_of(points: &[(&Hypothesis, &Point, Ready)], data: &Data) -> Vec<Option<Rows>> {
     let mut runs: Vec<Option<Vec<Innovations>>> = points.iter().map(|_| Some(Vec::new())).collect();
     for (i, signals, counted, memory) in data.counted() {
         let filters: Vec<(Filter<'_>, Start)> =
-            points.iter().map(|(_, ready)| ready.filter(hypothesis, data, i, signals)).collect();
+            points.iter().map(|(of, _, ready)| ready.filter(of, data, i, signals)).collect();
         for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
@@ -260,7 +267,7 @@ fn rows_of(hypothesis: &Hypothesis, points: &[(&Point, Ready)], data: &Data) -> 
             });
         }
     }
-    runs.into_iter().zip(points).map(|(runs, (point, _))| rows_from(hypothesis, point, runs?)).collect()
+    runs.into_iter().zip(points).map(|(runs, (of, point, _))| rows_from(of, point, runs?)).collect()
 }
 
 /// Innovations of all recordings as the rows of one likelihood.

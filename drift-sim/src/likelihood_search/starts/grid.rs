@@ -70,7 +70,8 @@ pub fn proportional(base: &Base<'_>, kind: &'static Kind) -> Option<Vec<Begin>> 
     let hypothesis = wider(base, kind, neutral(kind));
     let mut point = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
     let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
-    let (x, score) = base.proportional(&base.response(&hypothesis, &point, place, TRIAL)?);
+    let response = base.responses(&hypothesis, std::slice::from_ref(&point), place, TRIAL)?.pop()??;
+    let (x, score) = base.proportional(&response);
     let free = hypothesis.free.get(place)?;
     *point.x.get_mut(place)? = x.clamp(free.low, free.high);
     Some(vec![Begin { score, hypothesis, point, onset_s: 0.0 }])

@@ -158,13 +158,26 @@ impl<'a> Base<'a> {
         chunks.flat_map(|chunk| rows_at(hypothesis, chunk, self.data, &self.cache)).map(score).collect()
     }
 
-    /// How the rows answer to a small move of one number of a point, per unit of x, less what the base can take up.
-    fn response(&self, hypothesis: &Hypothesis, point: &Point, place: usize, step: f64) -> Option<Vec<f64>> {
-        let mut moved = point.clone();
-        *moved.x.get_mut(place)? += step;
-        let rows = self.rows(hypothesis, &moved)?;
-        let difference = rows.z.iter().zip(&self.fit.rows.z).map(|(a, b)| (a - b) / step);
-        Some(self.project(difference.collect()))
+    /// How the rows answer to a small move of one number of each point, per unit of x, less what the base can take up.
+    fn responses(
+        &self,
+        hypothesis: &Hypothesis,
+        points: &[Point],
+        place: usize,
+        step: f64,
+    ) -> Option<Vec<Option<Vec<f64>>>> {
+        let mut moved = points.to_vec();
+        for point in &mut moved {
+            *point.x.get_mut(place)? += step;
+        }
+        let chunks = moved.chunks(LANES);
+        let rows = chunks.flat_map(|chunk| rows_at(hypothesis, chunk, self.data, &self.cache));
+        let response = |rows: Option<Rows>| {
+            let rows = rows?;
+            let difference = rows.z.iter().zip(&self.fit.rows.z).map(|(a, b)| (a - b) / step);
+            Some(self.project(difference.collect()))
+        };
+        Some(rows.map(response).collect())
     }
 
     /// Where the term would have to stand if it acted in proportion: (x less its neutral value, fall of the objective).

@@ -3,7 +3,7 @@
 
 use realfft::num_complex::Complex;
 
-use crate::estimate::hypothesis::{ENDS, Hypothesis, Target};
+use crate::estimate::hypothesis::{ENDS, Hypothesis, Point, Target};
 use crate::estimate::innovations::SETTLING;
 use crate::estimate::signals::{Signals, held};
 use crate::physics::{Kind, Start, Weight};
@@ -44,36 +44,43 @@ fn from_filter(base: &Base<'_>, kind: &'static Kind, weight: Weight, ramp: bool)
     let ends = (ENDS * n as f64) as usize;
     promise.iter_mut().enumerate().filter(|(i, _)| *i < ends || *i + ends >= n).for_each(|(_, p)| *p = 0.0);
     let ts = base.fit.hypothesis.model.sample_time_s;
-    let mut begins = Vec::new();
-    let checked = |onset_s: f64| at(base, kind, onset_s);
     // What grows may do so from the start on; what healthy recordings lack may have begun before this one.
-    if ramp || base.data.has_healthy() {
-        begins.extend(checked(0.0));
-    }
+    let mut onsets_s = if ramp || base.data.has_healthy() { vec![0.0] } else { Vec::new() };
     for _ in 0..CHECKED {
         let (at, best) = promise.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
         if *best <= 0.0 {
             break;
         }
-        begins.extend(checked(at as f64 * ts));
+        onsets_s.push(at as f64 * ts);
         let apart = (APART * n as f64) as usize;
         promise.iter_mut().skip(at.saturating_sub(apart)).take(2 * apart + 1).for_each(|p| *p = 0.0);
     }
-    Some(begins)
+    at_each(base, kind, &onsets_s)
 }
 
 /// The kind from some time on, of the size that one small trial tells.
 pub fn at(base: &Base<'_>, kind: &'static Kind, onset_s: f64) -> Option<Begin> {
+    at_each(base, kind, &[onset_s])?.pop()
+}
+
+/// The same of several times, whose trials run side by side.
+fn at_each(base: &Base<'_>, kind: &'static Kind, onsets_s: &[f64]) -> Option<Vec<Begin>> {
     let hypothesis = wider(base, kind, neutral(kind));
     let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
     let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
     let free = hypothesis.free.get(place)?.clone();
     let trial = if free.from == 0.0 { TRIAL } else { RATIO_TRIAL };
-    let mut point = hypothesis.started(&from, &Start::of(vec![free.value(0.0)]), onset_s);
-    let response = base.response(&hypothesis, &point, place, trial)?;
-    let (x, score) = base.proportional(&response);
-    *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
-    Some(Begin { score, hypothesis, point, onset_s })
+    let start = Start::of(vec![free.value(0.0)]);
+    let points: Vec<Point> =
+        onsets_s.iter().map(|onset_s| hypothesis.started(&from, &start, *onset_s)).collect();
+    let responses = base.responses(&hypothesis, &points, place, trial)?;
+    let begun =
+        responses.into_iter().zip(points).zip(onsets_s).filter_map(|((response, mut point), onset_s)| {
+            let (x, score) = base.proportional(&response?);
+            *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
+            Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s: *onset_s })
+        });
+    Some(begun.collect())
 }
 
 /// How the innovations answer, sample after sample, to a unit step on the drive (on y for a sensor), in the drive's (y's) scale.

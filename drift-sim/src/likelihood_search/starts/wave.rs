@@ -4,12 +4,15 @@
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
+use crate::estimate::hypothesis::{Hypothesis, Point};
+use crate::estimate::lanes::LANES;
+use crate::estimate::likelihood::rows_of_each;
 use crate::estimate::measure::integral;
 use crate::estimate::signals::held;
 use crate::physics::{Kind, Over, Start};
 use crate::plant::{Output, Plant};
 
-use super::{Base, Begin, dot, rows_at, wider};
+use super::{Base, Begin, dot, wider};
 
 /// Size of a trial, in the drive's deviation.
 const TRIAL: f64 = 0.05;
@@ -31,49 +34,82 @@ const PADDED: usize = 4;
 pub fn waves(base: &Base<'_>, kind: &'static Kind, over: Over) -> Option<Vec<Begin>> {
     let mut begins = Vec::new();
     match over {
-        Over::Time => {
-            begins.extend(over_time(base)?.into_iter().filter_map(|line| of_line(base, kind, line)))
-        }
+        Over::Time => begins.extend(of_lines(base, kind, &over_time(base)?)),
         Over::Position => {
             let way = Way::of(base)?;
-            let lines = way.waves()?.into_iter().chain((1..=FEW_WAVES).map(|waves| way.length(waves as f64)));
-            begins.extend(lines.filter_map(|line| of_line(base, kind, line)));
+            let mut lines = way.waves()?;
+            lines.extend((1..=FEW_WAVES).map(|waves| way.length(waves as f64)));
+            begins = of_lines(base, kind, &lines);
             begins.sort_by(|a: &(f64, Begin), b| b.1.score.total_cmp(&a.1.score));
             let best: Vec<f64> = begins.iter().take(REFINED).map(|(line, _)| way.way / line).collect();
             let between = best.iter().flat_map(|waves| [waves - 0.5, waves + 0.5]);
             let few = between.filter(|waves| (1.0..=FEW_WAVES as f64 + 1.0).contains(waves));
             let finer: Vec<f64> = few.map(|waves| way.length(waves)).collect();
-            begins.extend(finer.into_iter().filter_map(|line| of_line(base, kind, line)));
+            begins.extend(of_lines(base, kind, &finer));
         }
     }
     Some(begins.into_iter().map(|(_, begin)| begin).collect())
 }
 
-/// The wave of a length, with the size and the phase that two small trials tell.
-fn of_line(base: &Base<'_>, kind: &'static Kind, line: f64) -> Option<(f64, Begin)> {
-    // The parameter's scale follows from the length of the wave.
-    let own = wider(base, kind, vec![0.0, line, 0.0]);
-    let from = own.widen(&base.fit.hypothesis, &base.fit.point);
-    let level = TRIAL * base.fit.hypothesis.scales.drive;
-    let trials = [0.0, std::f64::consts::FRAC_PI_2]
-        .map(|phase| own.started(&from, &Start::of(vec![level, line, phase]), 0.0));
-    let mut answers = rows_at(&own, &trials, base.data, &base.cache).into_iter().map(|rows| {
-        let rows = rows?.z;
-        let difference = rows.iter().zip(&base.fit.rows.z).map(|(a, b)| (a - b) / level);
-        Some(base.project(difference.collect()))
-    });
-    let (sine, cosine) = (answers.next()??, answers.next()??);
-    let (ss, cc, sc) = (dot(&sine, &sine), dot(&cosine, &cosine), dot(&sine, &cosine));
-    let (zs, zc) = (-dot(&sine, &base.rest), -dot(&cosine, &base.rest));
-    let determinant = ss * cc - sc * sc;
-    if determinant <= 1e-12 * ss * cc {
-        return None;
+/// A wave of some length, and two small trials of it.
+struct Line {
+    length: f64,
+    hypothesis: Hypothesis,
+    /// The base's point.
+    from: Point,
+    trials: [Point; 2],
+}
+
+impl Line {
+    fn of(base: &Base<'_>, kind: &'static Kind, length: f64, level: f64) -> Self {
+        // The parameter's scale follows from the length of the wave.
+        let hypothesis = wider(base, kind, vec![0.0, length, 0.0]);
+        let from = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
+        let trials = [0.0, std::f64::consts::FRAC_PI_2]
+            .map(|phase| hypothesis.started(&from, &Start::of(vec![level, length, phase]), 0.0));
+        Self { length, hypothesis, from, trials }
     }
-    let (a, b) = ((zs * cc - zc * sc) / determinant, (zc * ss - zs * sc) / determinant);
-    let score = base.fall(a * zs + b * zc);
-    let start = Start::of(vec![libm::hypot(a, b), line, libm::atan2(b, a)]);
-    let point = own.started(&from, &start, 0.0);
-    Some((line, Begin { score, hypothesis: own, point, onset_s: 0.0 }))
+
+    /// With the size and the phase that the answers to its trials tell, per unit of size.
+    fn begin(self, base: &Base<'_>, sine: &[f64], cosine: &[f64]) -> Option<(f64, Begin)> {
+        let (ss, cc, sc) = (dot(sine, sine), dot(cosine, cosine), dot(sine, cosine));
+        let (zs, zc) = (-dot(sine, &base.rest), -dot(cosine, &base.rest));
+        let determinant = ss * cc - sc * sc;
+        if determinant <= 1e-12 * ss * cc {
+            return None;
+        }
+        let (a, b) = ((zs * cc - zc * sc) / determinant, (zc * ss - zs * sc) / determinant);
+        let score = base.fall(a * zs + b * zc);
+        let start = Start::of(vec![libm::hypot(a, b), self.length, libm::atan2(b, a)]);
+        let point = self.hypothesis.started(&self.from, &start, 0.0);
+        Some((self.length, Begin { score, hypothesis: self.hypothesis, point, onset_s: 0.0 }))
+    }
+}
+
+/// The waves of these lengths.
+fn of_lines(base: &Base<'_>, kind: &'static Kind, lengths: &[f64]) -> Vec<(f64, Begin)> {
+    let level = TRIAL * base.fit.hypothesis.scales.drive;
+    let lines = |lengths: &[f64]| -> Vec<Line> {
+        lengths.iter().map(|length| Line::of(base, kind, *length, level)).collect()
+    };
+    // The trials of two run side by side.
+    let pairs = lengths.chunks(LANES / 2).map(lines);
+    let begins = pairs.flat_map(|pair| {
+        let trials = pair.iter().flat_map(|line| line.trials.iter().map(|point| (&line.hypothesis, point)));
+        let rows = rows_of_each(&trials.collect::<Vec<_>>(), base.data, &base.cache);
+        let mut answers = rows.into_iter().map(|rows| {
+            let rows = rows?.z;
+            let difference = rows.iter().zip(&base.fit.rows.z).map(|(a, b)| (a - b) / level);
+            Some(base.project(difference.collect()))
+        });
+        let of_each: Vec<_> =
+            pair.iter().map(|_| answers.next().flatten().zip(answers.next().flatten())).collect();
+        pair.into_iter().zip(of_each).filter_map(|(line, answers)| {
+            let (sine, cosine) = answers?;
+            line.begin(base, &sine, &cosine)
+        })
+    });
+    begins.collect()
 }
 
 /// Frequencies in Hz.

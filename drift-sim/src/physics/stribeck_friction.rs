@@ -20,7 +20,7 @@ pub(super) static KIND: Kind = Kind {
     starts,
     search: Starts::Grid(|s| {
         let points = [0.15, 0.35].into_iter().flat_map(|low| [0.2, 0.5].map(|more| (low, more)));
-        let points = points.flat_map(|(low, more)| [0.06, 0.15].map(|speed| (low, more, speed)));
+        let points = points.flat_map(|(low, more)| [0.06, 0.15, 0.6].map(|speed| (low, more, speed)));
         grid(points, |(low, more, speed)| vec![low * s.drive, (low + more) * s.drive, speed * s.speed])
     }),
     family: Some(Family::Friction),

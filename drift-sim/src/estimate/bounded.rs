@@ -82,7 +82,7 @@ fn reach(from: f64, by: f64, (low, high): (f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
-    /// Half the quadratic's slope and curvature at a step.
+    /// The quadratic at a step.
     fn value(curvature: &DMatrix<f64>, slope: &DVector<f64>, by: &DVector<f64>) -> f64 {
         slope.dot(by) + 0.5 * (curvature * by).dot(by)
     }

@@ -148,7 +148,8 @@ impl Fit {
         let of = |at: &usize| {
             let (free, x) = (self.hypothesis.free.get(*at)?, self.point.x.get(*at)?);
             let reach = if is_noise(free.target) { NOISE_REACH } else { f64::INFINITY };
-            Some(((free.low - x).clamp(-reach, 0.0), (free.high - x).clamp(0.0, reach)))
+            // Whatever x is, there is room of either sign: 0 at least.
+            Some(((free.low - x).max(-reach).min(0.0), (free.high - x).min(reach).max(0.0)))
         };
         moving.iter().map(|at| of(at).unwrap_or((0.0, 0.0))).collect()
     }

@@ -103,7 +103,7 @@ pub fn decide(
     let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
     // Of one family two kinds differ by what a model that is not exact may get wrong, and not by the load that stays beside them: dry friction beside a load does
     // what dry friction does that differs by the direction.
-    let inexact = (options.inexact_share * best.gain).max(3.0 * options.margin);
+    let inexact = (options.inexact_share * best.gain).max(2.0 * options.margin);
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)

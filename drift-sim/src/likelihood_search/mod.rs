@@ -48,6 +48,7 @@ use crate::diagnose::Diagnosis;
 use crate::estimate::first_look::coarseness;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Hypothesis;
+use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
 use crate::estimate::whiten::Whitener;
@@ -214,8 +215,8 @@ fn concluded(
     Some((concluded, standing))
 }
 
-/// Steps of the fits that go on under another noise.
-const RECOLORED: usize = 10;
+/// Steps of the fits that go on under another noise, or on other samples.
+const GOING_ON: usize = 10;
 
 /// The search once more where it left no noise of the kind that is reckoned with: under noise colored as what the likeliest of its fits left. Where
 /// nothing is named then, or what is left is no noise either, nothing was gained.
@@ -243,7 +244,7 @@ fn recolored(
     let data = found.data.clone().colored(Whitener::of_order(&left.rows.z, COLORED));
     let again = |fit: &Fit| {
         let mut again = Fit::at(&fit.hypothesis, &fit.point, &data)?;
-        again.descend(&data, RECOLORED, &rivals::stuck(&fit.hypothesis));
+        again.descend(&data, GOING_ON, &rivals::stuck(&fit.hypothesis));
         Some(again)
     };
     let nominal = again(&ended.base)?;
@@ -309,8 +310,9 @@ fn identified_again(
         let candidate = plants::beside_leading(&term, model, &parts.recordings, &parts.fitted, options)?;
         let offered_at =
             candidate.offered.iter().map(|(_, fit)| fit.objective()).fold(f64::INFINITY, f64::min);
-        let is_likelier = offered_at + candidate.plant.cost() + 2.0 * options.margin
-            < leading.fit.objective() + found.cost();
+        let leading_at = objective_on_look(&leading.fit, &found.data)?;
+        let is_likelier =
+            offered_at + candidate.plant.cost() + 2.0 * options.margin < leading_at + found.cost();
         if !is_likelier {
             return None;
         }
@@ -319,6 +321,16 @@ fn identified_again(
         refined(plant, sketch)
     };
     again().unwrap_or((found, field))
+}
+
+/// A fit's objective where the first look at its data is, beside which those of other samples say nothing: a few steps on from where it ended on all of them.
+fn objective_on_look(fit: &Fit, data: &Data) -> Option<f64> {
+    if !data.has_first_look() {
+        return Some(fit.objective());
+    }
+    let mut seen = fit.on_look(data)?;
+    seen.descend(data.look(), GOING_ON, &rivals::stuck(&seen.hypothesis));
+    Some(seen.objective())
 }
 
 /// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.

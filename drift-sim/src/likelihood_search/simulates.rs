@@ -27,9 +27,9 @@ use super::limit_cycle;
 /// them that the named terms may leave there, where one of them gains this much in log-likelihood and y is simulated at all.
 const LEAST_SIMULATED_PCT: f64 = 50.0;
 const CLOSER: f64 = 0.9;
-/// The same where noise excuses the rest.
-const LEAST_FOLLOWED_PCT: f64 = 10.0;
 const STRONG: f64 = 50.0;
+/// Part of y that it must simulate, in per cent, where noise excuses the rest.
+const LEAST_FOLLOWED_PCT: f64 = 10.0;
 /// How many times the error without the named terms, or the error that the noise explains, they may leave anywhere.
 const MOST_WORSE: f64 = 1.25;
 /// Part of the error without the named terms, beyond the noise, that they must explain where more than noise is missing. Of 128 right diagnoses of
@@ -92,12 +92,8 @@ impl Trial<'_> {
     /// Whether u is enough of a guessed plant's drive for what acts on the way from u to y: what disturbs the plant, or is the sensor's alone, does not ask for that, and what
     /// sticks or plays shows in how y jumps and turns.
     fn is_driven(&self) -> bool {
-        let is_apart = |named: &Named| {
-            named.term.kind.place == Place::Disturbance
-                || is_noise(named)
-                || is_rounding(named)
-                || is_play(named)
-        };
+        let is_apart =
+            |named: &Named| named.term.kind.place == Place::Disturbance || is_noise(named) || is_play(named);
         !self.is_guessed
             || self.has_healthy
             || self.predicted > LEAST_PREDICTED

@@ -172,12 +172,13 @@ impl<'a> Base<'a> {
         }
         let chunks = moved.chunks(LANES);
         let rows = chunks.flat_map(|chunk| rows_at(hypothesis, chunk, self.data, &self.cache));
-        let response = |rows: Option<Rows>| {
-            let rows = rows?;
-            let difference = rows.z.iter().zip(&self.fit.rows.z).map(|(a, b)| (a - b) / step);
-            Some(self.project(difference.collect()))
-        };
-        Some(rows.map(response).collect())
+        Some(rows.map(|rows| Some(self.answer(&rows?, step))).collect())
+    }
+
+    /// How the rows have answered to a move, per unit of its size, less what the base can take up.
+    fn answer(&self, moved: &Rows, size: f64) -> Vec<f64> {
+        let difference = moved.z.iter().zip(&self.fit.rows.z).map(|(a, b)| (a - b) / size);
+        self.project(difference.collect())
     }
 
     /// Where the term would have to stand if it acted in proportion: (x less its neutral value, fall of the objective).

@@ -97,11 +97,7 @@ fn of_lines(base: &Base<'_>, kind: &'static Kind, lengths: &[f64]) -> Vec<(f64, 
     let begins = pairs.flat_map(|pair| {
         let trials = pair.iter().flat_map(|line| line.trials.iter().map(|point| (&line.hypothesis, point)));
         let rows = rows_of_each(&trials.collect::<Vec<_>>(), base.data, &base.cache);
-        let mut answers = rows.into_iter().map(|rows| {
-            let rows = rows?.z;
-            let difference = rows.iter().zip(&base.fit.rows.z).map(|(a, b)| (a - b) / level);
-            Some(base.project(difference.collect()))
-        });
+        let mut answers = rows.into_iter().map(|rows| Some(base.answer(&rows?, level)));
         let of_each: Vec<_> =
             pair.iter().map(|_| answers.next().flatten().zip(answers.next().flatten())).collect();
         pair.into_iter().zip(of_each).filter_map(|(line, answers)| {

@@ -396,7 +396,9 @@ fn diagnose_with(
         plant => !plant.keeps_its_level(),
     };
     let is_open_motor = nominal.plant == Plant::Identify && may_be_a_motor;
-    if is_open || options.guarantee.is_some() || !(is_open_motor || found.jumps_again()) {
+    // What is named and simulates better than nothing does is not doubted.
+    let is_doubted = is_open_motor && (found.verdict != Verdict::MissingPhysics || found.is_worse());
+    if is_open || options.guarantee.is_some() || !(is_doubted || found.jumps_again()) {
         return Ok(found);
     }
     // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.

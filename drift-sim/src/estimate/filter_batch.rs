@@ -1,8 +1,8 @@
 //! The filter over one recording for several points at once, where their plants are linear: what [`Filter::run`] does, in a fraction of the time. A
 //! fit asks for a run for each of its numbers; a processor moves four plants on in the time of one, and what reaches them is worked out once.
 //!
-//! With `h` what the sensor shows of states, load and noise, one sample is `e = y - h z`, `z <- A z + A K e + b`: of all that follows from each
-//! other only a product with `h` and one with `A K` are on the way from one sample to the next.
+//! With `h` what the sensor shows of states, load and noise, one sample is `e = y - h z`, `z <- A z + A K e + b`. The next sample's `h z` is worked out
+//! as `h A z + h b` before `e` is known, and `h A K e` is added: of all that follows from each other only that product is on the way from one innovation to the next.
 
 // Loops over the indices of small arrays, several of them at a time: clearer than iterators over rows.
 #![allow(clippy::needless_range_loop)]
@@ -209,10 +209,13 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
     fn part(&mut self, samples: Range<usize>) -> Option<()> {
         let moves = self.moves(samples.start)?;
         let (stretches, ranges) = self.lanes.under_gains(samples)?;
+        let zero = T::all(0.0);
+        let (mut drives, mut innovations) = ([(zero, zero); BLOCK], [zero; BLOCK]);
         for range in ranges {
             let gains = self.lanes.gains(&stretches, range.start)?;
             for from in range.clone().step_by(BLOCK) {
-                self.block(&moves, &gains, from..(from + BLOCK).min(range.end));
+                let samples = from..(from + BLOCK).min(range.end);
+                self.block(&moves, &gains, &samples, (&mut drives, &mut innovations));
             }
         }
         Some(())
@@ -259,20 +262,23 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
     }
 
     /// Samples under the same gains.
-    fn block(&mut self, moves: &Moves<T, N>, gains: &Gains<T, N>, samples: Range<usize>) {
-        let zero = T::all(0.0);
-        let mut drives = [(zero, zero); BLOCK];
-        let mut scaled = [zero; BLOCK];
-        self.drives(&mut drives, &samples);
+    fn block(
+        &mut self,
+        moves: &Moves<T, N>,
+        gains: &Gains<T, N>,
+        samples: &Range<usize>,
+        (drives, innovations): (&mut [(T, T); BLOCK], &mut [T; BLOCK]),
+    ) {
+        self.drives(drives, samples);
         if self.has_forces {
-            self.forced(moves, gains, &samples, (&drives, &mut scaled));
+            self.forced(moves, gains, samples, (drives, innovations));
         } else if self.has_sensor_terms {
-            self.sensed(moves, gains, &samples, (&drives, &mut scaled));
+            self.sensed(moves, gains, samples, (drives, innovations));
         } else {
-            self.straight(moves, &moves.behind(*gains), &samples, (&drives, &mut scaled));
+            self.straight(moves, &moves.behind(*gains), samples, (drives, innovations));
         }
         let measured = self.signals.y.get(samples.clone()).unwrap_or(&[]);
-        self.gone.innovations((samples.start, measured), &scaled, gains);
+        self.gone.innovations((samples.start, measured), innovations, gains);
     }
 
     /// The drive's older and newer value over each sample, but for the filter's load.
@@ -318,16 +324,21 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
         let has_inputs = self.driven.iter().any(|driven| !driven.at_sensor.is_empty());
         let (mut x, mut load, mut sensor, mut held) = (self.x, self.load, self.sensor, self.held);
         let y = self.signals.y.get(samples.clone()).unwrap_or(&[]);
+        let ahead = moves.ahead(gains);
+        let mut shown = moves.shows.seen(&x, load, held) + moves.of_sensor * sensor;
+        let mut corrected = T::all(0.0);
         for (i, ((y, drive), slot)) in y.iter().zip(drives).zip(errors).enumerate() {
-            let shown = moves.shows.seen(&x, load, held) + moves.of_sensor * sensor;
             let mut e = T::all(0.0);
             if y.is_finite() {
                 e = T::all(*y) - shown;
                 if has_inputs {
                     e = e - self.at_sensor(samples.start + i);
                 }
+                e = e - corrected;
             }
             *slot = e;
+            shown = ahead.shown(&x, load, sensor, *drive);
+            corrected = ahead.innovation * e;
             (x, load, sensor) = moves.moved(gains, (x, load, sensor), *drive, e);
             held = drive.1;
         }
@@ -360,7 +371,40 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
     }
 }
 
+/// What the sensor shows a sample later of what there is before a sample: all but the part of that sample's innovation is then known before it.
+struct Ahead<T, const N: usize> {
+    states: [T; N],
+    load: T,
+    sensor: T,
+    older: T,
+    newer: T,
+    innovation: T,
+}
+
+impl<T: Side, const N: usize> Ahead<T, N> {
+    /// But for the part of the innovation.
+    #[inline(always)]
+    fn shown(&self, x: &[T; N], load: T, sensor: T, (older, newer): (T, T)) -> T {
+        let driven = self.older * older + self.newer * newer;
+        (product(&self.states, x) + driven) + (self.load * load + self.sensor * sensor)
+    }
+}
+
 impl<T: Side, const N: usize> Moves<T, N> {
+    /// The sensor a sample later, under gains with the plant's step behind them.
+    fn ahead(&self, gains: &Gains<T, N>) -> Ahead<T, N> {
+        let of = |column: &[T; N]| product(&self.shows.states, column);
+        let to_state = |i: usize| of(&std::array::from_fn(|j| self.phi[j][i]));
+        Ahead {
+            states: std::array::from_fn(to_state),
+            load: self.shows.load * self.phi_load - of(&self.both),
+            sensor: self.of_sensor * self.rho,
+            older: of(&self.older),
+            newer: of(&self.newer) + self.shows.drive,
+            innovation: of(&gains.states) + (self.shows.load * gains.load + self.of_sensor * gains.sensor),
+        }
+    }
+
     /// Gains with the plant's step behind them.
     fn behind(&self, gains: Gains<T, N>) -> Gains<T, N> {
         let moved = |i: usize| product(&self.phi[i], &gains.states) - self.both[i] * gains.load;

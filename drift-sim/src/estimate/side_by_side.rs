@@ -166,9 +166,10 @@ impl<T: Side> Gone<T> {
         self.count += known;
         for (lane, kept) in self.scaled.iter_mut().enumerate() {
             let slots = kept.get_mut(first + skipped..).unwrap_or(&mut []);
+            let per_deviation = gains.per_deviation.lane(lane);
             for ((slot, e), y) in slots.iter_mut().zip(innovations).zip(counted) {
                 if y.is_finite() {
-                    *slot = (*e * gains.per_deviation).lane(lane);
+                    *slot = e.lane(lane) * per_deviation;
                 }
             }
         }

@@ -8,7 +8,7 @@ use crate::simulate::batch::{Driven, ServoStep};
 
 use super::driven::Memory;
 use super::innovations::{Innovations, SETTLING};
-use super::lanes::{LANES, Side};
+use super::lanes::Side;
 use super::rest::{Law, Rest};
 use super::side_by_side::{Gains, Gone, Lane, Lanes};
 use super::signals::Signals;
@@ -240,18 +240,42 @@ impl<'a, T: Side> Run<'a, T> {
         let mut next_x = T::choose(rests, T::choose(leaves, way, x), way);
         let mut next_v = T::choose(rests, T::choose(leaves, after, v), after);
         if T::holds_anywhere(turns) {
-            let lanes = self.lanes.0.iter().enumerate();
-            let mut alone = [[0.0; 2]; LANES];
-            for ((i, lane), slot) in lanes.zip(&mut alone) {
-                if T::holds_in(turns, i) {
+            let (stopped, stays) = self.stopped(moves, n, (x, v), (net, q, transmitted));
+            next_x = T::choose(turns, stopped, next_x);
+            next_v = T::choose(turns, zero, next_v);
+            for (i, lane) in self.lanes.0.iter().enumerate() {
+                if T::holds_in(turns, i) && !T::holds_in(stays, i) {
                     let acting = (actuator.lane(i), outside.lane(i));
-                    *slot = lane.simulation.servo_after(n, [x.lane(i), v.lane(i)], acting);
+                    let [x, v] = lane.simulation.servo_after(n, [x.lane(i), v.lane(i)], acting);
+                    next_x = T::of(|lane| if lane == i { x } else { next_x.lane(lane) });
+                    next_v = T::of(|lane| if lane == i { v } else { next_v.lane(lane) });
                 }
             }
-            next_x = T::choose(turns, T::of(|lane| alone[lane][0]), next_x);
-            next_v = T::choose(turns, T::of(|lane| alone[lane][1]), next_v);
         }
         ((next_x, next_v), held - q.abs())
+    }
+
+    /// Where a mass comes to rest that a net force against it stops, and in which lanes it surely stays there. From `m dv/dt = net - b v` it goes
+    /// `-m v^2/net (z - log(1 + z))/z^2` with `z = -b v/net`, which is a short series where viscous friction takes little of the speed on the way.
+    #[inline(always)]
+    fn stopped(
+        &self,
+        moves: &Moves<T>,
+        n: usize,
+        (x, v): (T, T),
+        (net, q, transmitted): (T, T, T),
+    ) -> (T, T::Mask) {
+        let zero = T::all(0.0);
+        let until = zero - v / net;
+        let z = moves.viscous * until;
+        let series = [1.0 / 8.0, 1.0 / 7.0, 1.0 / 6.0, 1.0 / 5.0, 1.0 / 4.0, 1.0 / 3.0, 1.0 / 2.0];
+        let series = series.into_iter().fold(T::all(1.0 / 9.0), |sum, of| T::all(of) - z * sum);
+        let way = moves.inertia * v * until * series;
+        let forwards = T::choose(q.is_less(zero), T::all(-1.0), T::all(1.0));
+        let held = self.friction(moves, n, (forwards, zero, transmitted));
+        // In other lanes it moves on, or the series is no longer exact to rounding.
+        let pull = T::choose(z.is_less(T::all(0.01)), q.abs(), T::all(f64::INFINITY));
+        (x + way, pull.is_less(held))
     }
 
     /// Position and speed at the middle of the sample under the forces at its beginning; the speed does not change its sign on the way.

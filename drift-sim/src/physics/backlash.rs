@@ -1,7 +1,6 @@
 //! Play: what reaches the plant stays until u has crossed the gap, then follows at its edge; `width` is the total play
-//! between u and what reaches the plant. It begins in the middle of the gap.
+//! between u and what reaches the plant. A recording that begins in the middle of a loop's life does not show where in the gap that was: `place_at_start`, from the first u.
 
-use super::signature::singles;
 use super::{
     Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
     grid, shown,
@@ -11,13 +10,19 @@ pub(super) static KIND: Kind = Kind {
     name: "backlash",
     place: Place::Actuator,
     begins: Begins::Start,
-    parameters: &[Parameter::new("width", "{u}", Range::NotNegative, |s, _| s.u).rough()],
+    parameters: &[
+        Parameter::new("width", "{u}", Range::NotNegative, |s, _| s.u).rough(),
+        Parameter::new("place_at_start", "{u}", Range::Any, |s, _| s.u).rough().or(0.0),
+    ],
     applies: every_plant,
     consistent: any_values,
-    effect: |p, _| Box::new(Backlash { half: 0.5 * p[0], position: None }),
-    starts: |s| singles(Signature::or_fractions(s.hysteresis, s.u_scale)),
+    effect: |p, _| Box::new(Backlash { half: 0.5 * p[0], at_start: p[1], position: None }),
+    starts: |s| {
+        let widths = Signature::or_fractions(s.hysteresis, s.u_scale);
+        widths.into_iter().map(|width| vec![width, 0.0]).collect()
+    },
     search: Starts::Grid(|s| {
-        grid([0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.18, 0.3, 0.5], |part| vec![part * s.u_range])
+        grid([0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.18, 0.3, 0.5], |part| vec![part * s.u_range, 0.0])
     }),
     family: Some(Family::Play),
     excitation: "Reversals of u.",
@@ -29,6 +34,7 @@ pub(super) static KIND: Kind = Kind {
 #[derive(Clone)]
 struct Backlash {
     half: f64,
+    at_start: f64,
     position: Option<f64>,
 }
 
@@ -38,7 +44,7 @@ impl Effect for Backlash {
     }
 
     fn actuator(&mut self, _: f64, u: f64) -> f64 {
-        let before = *self.position.get_or_insert(u);
+        let before = *self.position.get_or_insert(u + self.at_start);
         let after = before.max(u - self.half).min(u + self.half);
         self.position = Some(after);
         after
@@ -46,5 +52,18 @@ impl Effect for Backlash {
 
     fn copy(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gap of 4 in which the plant's side lies 1 above u: u moves by 3 before it takes it along.
+    #[test]
+    fn what_lay_elsewhere_in_the_gap_stays_until_u_has_crossed_the_rest_of_it() {
+        let mut play = Backlash { half: 2.0, at_start: 1.0, position: None };
+        let reached: Vec<f64> = (0..6).map(|u| play.actuator(0.0, f64::from(u))).collect();
+        assert_eq!(reached, [1.0, 1.0, 1.0, 1.0, 2.0, 3.0]);
     }
 }

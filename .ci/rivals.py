@@ -13,8 +13,10 @@ mode, drift, inner, place = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(
 rows, rounds = int(sys.argv[5]), int(sys.argv[6])
 LOOP = "examples/loops/paper.toml"
 RECORDED = pathlib.Path(".ci/rivals.json")
-# A loss of more than this is refused.
+# A loss of more than this is refused on a processor whose ratios are recorded.
 ALLOWED = 1.10
+# On another one each row is held against its greatest ratio on any: from one processor to the next ratios differ by up to a fifth.
+ALLOWED_ELSEWHERE = 1.30
 # What each loop is to take, in times what another program of its table does: the goal that was set, over that program's time on the machine where it was set.
 GOALS = {
     "monitor, CSV": ("parser by hand, C, of the CSV", 2.0 / 1.1),
@@ -365,29 +367,37 @@ def processor():
 
 
 def record():
-    ratios = {table.name: round(table.ratio(rounds * 2), 3) for table in tables()}
-    RECORDED.write_text(json.dumps({"processor": processor(), "ratios": ratios}, indent=2) + "\n")
+    recorded = json.loads(RECORDED.read_text()) if RECORDED.exists() else {}
+    recorded[processor()] = {table.name: round(table.ratio(rounds * 2), 3) for table in tables()}
+    RECORDED.write_text(json.dumps(recorded, indent=2) + "\n")
     print(RECORDED.read_text(), end="")
+
+
+def recorded_ratios():
+    """Each row's ratio, and how much more than that is allowed."""
+    recorded = json.loads(RECORDED.read_text())
+    here = processor()
+    if here in recorded:
+        return recorded[here], ALLOWED
+    print(f"rivals: {RECORDED} has nothing of this processor ({here}): the greatest ratio of any other is held")
+    return {name: max(of[name] for of in recorded.values()) for of in recorded.values() for name in of}, ALLOWED_ELSEWHERE
 
 
 def check():
     """Each row against its recorded ratio; one that seems worse is measured again, longer, and the least counts: a busy machine is no loss."""
-    recorded = json.loads(RECORDED.read_text())
-    if recorded["processor"] != processor():
-        print(f"rivals: {RECORDED} is of another processor ({recorded['processor']}): nothing to compare with here")
-        return
+    recorded, allowed = recorded_ratios()
     worse = []
     for table in tables():
-        wanted = recorded["ratios"][table.name]
+        wanted = recorded[table.name]
         ratio = table.ratio(rounds)
         for _ in range(2):
-            if ratio > ALLOWED * wanted:
+            if ratio > allowed * wanted:
                 ratio = min(ratio, table.ratio(3 * rounds))
         print(f"{table.name}: {ratio:.2f} times {table.limit[0]}, recorded {wanted:.2f}", flush=True)
-        if ratio > ALLOWED * wanted:
+        if ratio > allowed * wanted:
             worse.append(f"{table.name} takes {ratio / wanted:.2f} times as long as recorded")
     if worse:
-        sys.exit("rivals: " + "; ".join(worse) + f"; at most {ALLOWED} (.ci/rivals --record where that is meant)")
+        sys.exit("rivals: " + "; ".join(worse) + f"; at most {allowed} (.ci/rivals --record where that is meant)")
 
 
 run([*simulate, str(csv)])

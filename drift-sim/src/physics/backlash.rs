@@ -1,5 +1,6 @@
 //! Play: what reaches the plant stays until u has crossed the gap, then follows at its edge; `width` is the total play
-//! between u and what reaches the plant. A recording that begins in the middle of a loop's life does not show where in the gap that was: `place_at_start`, from the first u.
+//! between u and what reaches the plant. A recording that begins in the middle of a loop's life does not show where in the gap that was: `place_at_start`,
+//! from -1 (u has last come up) to 1 (u has last come down), 0 in the middle.
 
 use super::{
     Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
@@ -12,11 +13,11 @@ pub(super) static KIND: Kind = Kind {
     begins: Begins::Start,
     parameters: &[
         Parameter::new("width", "{u}", Range::NotNegative, |s, _| s.u).rough(),
-        Parameter::new("place_at_start", "{u}", Range::Any, |s, _| s.u).rough().or(0.0),
+        Parameter::new("place_at_start", "1", Range::Between(-1.0, 1.0), |_, _| 1.0).rough().or(0.0),
     ],
     applies: every_plant,
     consistent: any_values,
-    effect: |p, _| Box::new(Backlash { half: 0.5 * p[0], at_start: p[1], position: None }),
+    effect: |p, _| Box::new(Backlash { half: 0.5 * p[0], at_start: 0.5 * p[0] * p[1], position: None }),
     starts: |s| {
         let widths = Signature::or_fractions(s.hysteresis, s.u_scale);
         widths.into_iter().map(|width| vec![width, 0.0]).collect()

@@ -229,6 +229,12 @@ impl Kind {
     pub fn parameter_names(&self) -> String {
         self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
     }
+
+    /// The names of those that have to be stated.
+    fn needed_parameters(&self) -> String {
+        let needed = self.parameters.iter().filter(|parameter| parameter.default.is_none());
+        needed.map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
+    }
 }
 
 impl std::fmt::Debug for Kind {
@@ -273,7 +279,7 @@ impl Term {
             let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
             given.or(parameter.default).ok_or_else(|| {
                 Error::new(format!("{} lacks the parameter '{}'", kind.name, parameter.name))
-                    .allowed(format!("needed: {}", kind.parameter_names()))
+                    .allowed(format!("needed: {}", kind.needed_parameters()))
             })
         };
         let parameters = kind.parameters.iter().map(value).collect::<Result<Vec<_>>>()?;
@@ -440,7 +446,10 @@ mod tests {
     fn wrong_terms_are_refused_with_what_is_allowed() {
         let message = |kind, parameters: &[(&str, f64)]| Term::new(kind, parameters).unwrap_err().to_string();
         assert!(message("rust", &[]).contains("coulomb_friction"));
-        assert_eq!(message("backlash", &[("play", 1.0)]), "backlash has no parameter 'play'; width");
+        assert_eq!(
+            message("backlash", &[("play", 1.0)]),
+            "backlash has no parameter 'play'; width, place_at_start"
+        );
         assert_eq!(message("backlash", &[]), "backlash lacks the parameter 'width'; needed: width");
         assert!(message("backlash", &[("width", -1.0)]).contains(">= 0"));
         assert!(message("backlash", &[("width", f64::NAN)]).contains("impossible"));

@@ -131,12 +131,8 @@ fn by_direction(named: &Named, found: &Diagnosis, units: &UnitNames) -> String {
     text
 }
 
-/// Whether every number of a term may be as if the term were not there, by its 95 % interval. What is there beyond doubt is not nothing: its numbers may each
-/// be known badly because all of them scale with an unknown drive.
+/// Whether every number of a term may be as if the term were not there, by its 95 % interval.
 pub fn may_be_nothing(named: &Named) -> bool {
-    if named.is_certain() {
-        return false;
-    }
     let numbers = named.term.kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
     let mut known = numbers.filter(|(_, width)| width.is_finite() && **width > 0.0).peekable();
     known.peek().is_some()

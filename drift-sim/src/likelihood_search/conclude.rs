@@ -11,7 +11,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
-use crate::physics::Term;
+use crate::physics::{Parameter, Term};
 use crate::plant::Role;
 
 use super::excitation::{self, Shows};
@@ -217,12 +217,13 @@ impl Conclusion<'_> {
             .filter_map(|(candidate, choice)| {
                 let index = best.hypothesis.stated + candidate;
                 let term = realised.model.physics.get(index)?.clone();
-                let mut half_widths: Vec<f64> = (0..term.parameters.len())
-                    .map(|parameter| {
-                        let place = best.hypothesis.place(Target::Term { term: index, parameter });
-                        place.and_then(|i| widths.get(i)).copied().unwrap_or(f64::INFINITY)
-                    })
-                    .collect();
+                let told = |(parameter, about): (usize, &Parameter)| {
+                    let place = best.hypothesis.place(Target::Term { term: index, parameter });
+                    let width = place.and_then(|i| widths.get(i)).copied().unwrap_or(f64::INFINITY);
+                    // Of a number that is known no better than its range says the recording tells nothing.
+                    if width < about.range.length() { width } else { f64::INFINITY }
+                };
+                let mut half_widths: Vec<f64> = term.kind.parameters.iter().enumerate().map(told).collect();
                 if choice.gain > EXCLUDES_NOTHING {
                     keep_from_neutral(&term, &mut half_widths);
                 }
@@ -358,11 +359,12 @@ fn follows_u(fit: &Fit, widths: &[f64]) -> bool {
     .any(|((free, x), width)| *width < FOLLOWS_U * free.value(*x).abs())
 }
 
-/// Ends the interval of a term's only number before it reaches the one at which the term does nothing: without the term the recording is far less likely. A curvature
+/// Ends the interval of a term's only number, or the only one of which anything is told, before it reaches the one at which the term does nothing: without the term the recording is far less likely. A curvature
 /// knows nothing of that where another number takes up small changes (dry friction, and a load, of what only moves one way until it stops).
 fn keep_from_neutral(term: &Term, half_widths: &mut [f64]) {
-    if let ([parameter], [number], [width]) = (term.kind.parameters, &term.parameters[..], half_widths)
-        && width.is_finite()
+    let told = term.kind.parameters.iter().zip(&term.parameters).zip(half_widths);
+    let mut told = told.filter(|(_, width)| width.is_finite());
+    if let (Some(((parameter, number), width)), None) = (told.next(), told.next())
         && parameter.may_be_neutral(*number, *width)
     {
         *width = SHORT_OF_NEUTRAL * (number - parameter.neutral).abs();

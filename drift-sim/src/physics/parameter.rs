@@ -27,6 +27,14 @@ impl Range {
             }
     }
 
+    /// From its lower end to its upper one; infinite where it has none.
+    pub fn length(self) -> f64 {
+        match self {
+            Self::Between(lowest, highest) => highest - lowest,
+            Self::Any | Self::Positive | Self::NotNegative => f64::INFINITY,
+        }
+    }
+
     /// In words, for messages.
     pub fn says(self) -> String {
         match self {

@@ -89,12 +89,12 @@ fn a_valve_that_sticks_is_named() {
     assert!(named >= 6, "{named} of 8");
 }
 
-/// Where it slips at another band each time, by 2 %, some of the valves are; the others stay open.
+/// Where it slips at another band each time, by 2 %, half of the valves are; the others stay open.
 #[test]
 #[ignore = "slow: eight diagnoses of unknown plants"]
 fn a_valve_that_slips_at_another_band_each_time_is_named_or_left_open() {
     let named = named(0.02);
-    assert!(named >= 2, "{named} of 8");
+    assert!(named >= 4, "{named} of 8");
 }
 
 /// A loop that swings by its tuning: not one of six is called anything.

@@ -380,7 +380,8 @@ def recorded_ratios():
     if here in recorded:
         return recorded[here], ALLOWED
     print(f"rivals: {RECORDED} has nothing of this processor ({here}): the greatest ratio of any other is held")
-    return {name: max(of[name] for of in recorded.values()) for of in recorded.values() for name in of}, ALLOWED_ELSEWHERE
+    ratios = list(recorded.values())
+    return {name: max(of[name] for of in ratios) for name in ratios[0]}, ALLOWED_ELSEWHERE
 
 
 def check():

@@ -32,6 +32,7 @@ pub mod linear_shape;
 pub mod locate;
 pub mod missing_drive;
 pub mod model;
+mod named;
 pub mod noise_change;
 pub mod observer;
 pub mod page;
@@ -64,6 +65,7 @@ use crate::{Error, Result};
 use controller_replay::ControllerReplay;
 use locate::{Dependence, MismatchSpan};
 use missing_drive::MissingDrive;
+pub use named::Named;
 use signals::Signals;
 
 /// Relative error of the replayed law from which something is wrong with it although no fault explains it.
@@ -107,46 +109,6 @@ impl Verdict {
             Self::Located => "located",
             Self::Undecided => "undecided",
         }
-    }
-}
-
-/// A term that was found, and what speaks for it.
-#[derive(Debug, Clone)]
-pub struct Named {
-    /// The term with its fitted numbers.
-    pub term: Term,
-    /// The same with its numbers as they were when it was named, before other terms came beside it.
-    pub first: Option<Term>,
-    /// Half widths of the 95 % intervals of its parameters.
-    pub half_widths: Vec<f64>,
-    /// Kinds that these recordings can't tell from it.
-    pub tied: Vec<&'static str>,
-    /// Gain on the training part after the cost of its parameters, log-likelihood.
-    pub train_gain: f64,
-    /// Gain on the hold-out in standard errors.
-    pub holdout_errors: f64,
-}
-
-/// Log-likelihood that a term gains which is there beyond doubt: of the loops of `.ci/wide` (seeds 616 and 617) four were held back by a
-/// simulation from u alone with more (1 100 to 49 600), all of them right.
-const CERTAIN: f64 = 250.0;
-
-impl Named {
-    /// A term that was found outside the search.
-    fn alone(term: Term, half_widths: Vec<f64>, train_gain: f64, holdout_errors: f64) -> Self {
-        Self { first: None, half_widths, tied: Vec::new(), train_gain, holdout_errors, term }
-    }
-
-    /// Whether it is there beyond doubt, by what it gains.
-    pub fn is_certain(&self) -> bool {
-        self.train_gain > CERTAIN
-    }
-
-    /// The numbers with which it was named, where those named after it have moved one of them out of its interval.
-    pub fn moved_from(&self) -> Option<&Term> {
-        let first = self.first.as_ref()?;
-        let pairs = first.parameters.iter().zip(&self.term.parameters).zip(&self.half_widths);
-        pairs.into_iter().any(|((then, now), width)| (then - now).abs() > *width).then_some(first)
     }
 }
 

@@ -27,6 +27,9 @@ pub fn run<T: Side>(
     }
 }
 
+/// Part of a mass's speed that viscous friction takes while it stops, up to which the series of its way is exact to rounding: the first term left out is z^8/10.
+const MOST_VISCOUS: f64 = 0.01;
+
 /// What acts on the mass of a lane over each sample: the actuator's force, and what else does but for the filter's load.
 struct Acts {
     actuator: Vec<f64>,
@@ -273,8 +276,8 @@ impl<'a, T: Side> Run<'a, T> {
         let way = moves.inertia * v * until * series;
         let forwards = T::choose(q.is_less(zero), T::all(-1.0), T::all(1.0));
         let held = self.friction(moves, n, (forwards, zero, transmitted));
-        // In other lanes it moves on, or the series is no longer exact to rounding.
-        let pull = T::choose(z.is_less(T::all(0.01)), q.abs(), T::all(f64::INFINITY));
+        // In other lanes it moves on, or the series is too short.
+        let pull = T::choose(z.is_less(T::all(MOST_VISCOUS)), q.abs(), T::all(f64::INFINITY));
         (x + way, pull.is_less(held))
     }
 

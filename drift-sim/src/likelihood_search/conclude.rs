@@ -359,8 +359,9 @@ fn follows_u(fit: &Fit, widths: &[f64]) -> bool {
     .any(|((free, x), width)| *width < FOLLOWS_U * free.value(*x).abs())
 }
 
-/// Ends the interval of a term's only number, or the only one of which anything is told, before it reaches the one at which the term does nothing: without the term the recording is far less likely. A curvature
-/// knows nothing of that where another number takes up small changes (dry friction, and a load, of what only moves one way until it stops).
+/// Ends the interval of a term's only number, or of the only one of which anything is told, before it reaches the one at which the term does nothing: without
+/// the term the recording is far less likely. A curvature knows nothing of that where another number takes up small changes (dry friction, and a load, of what
+/// only moves one way until it stops).
 fn keep_from_neutral(term: &Term, half_widths: &mut [f64]) {
     let told = term.kind.parameters.iter().zip(&term.parameters).zip(half_widths);
     let mut told = told.filter(|(_, width)| width.is_finite());

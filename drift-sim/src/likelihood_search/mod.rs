@@ -218,6 +218,13 @@ fn concluded(
 /// Steps of the fits that go on under another noise, or on other samples.
 const GOING_ON: usize = 10;
 
+/// A fit a few steps on.
+fn gone_on(mut fit: Fit, data: &Data) -> Fit {
+    let fixed = rivals::stuck(&fit.hypothesis);
+    fit.descend(data, GOING_ON, &fixed);
+    fit
+}
+
 /// The search once more where it left no noise of the kind that is reckoned with: under noise colored as what the likeliest of its fits left. Where
 /// nothing is named then, or what is left is no noise either, nothing was gained.
 fn under_coloring(
@@ -242,11 +249,7 @@ fn recolored(
     let first = ended.contenders.first().map(|contender| &contender.fit);
     let left = ended.best.as_ref().or(first).unwrap_or(&ended.base);
     let data = found.data.clone().colored(Whitener::of_order(&left.rows.z, COLORED));
-    let again = |fit: &Fit| {
-        let mut again = Fit::at(&fit.hypothesis, &fit.point, &data)?;
-        again.descend(&data, GOING_ON, &rivals::stuck(&fit.hypothesis));
-        Some(again)
-    };
+    let again = |fit: &Fit| Some(gone_on(Fit::at(&fit.hypothesis, &fit.point, &data)?, &data));
     let nominal = again(&ended.base)?;
     let mut glance = Glance::of(&nominal, &data, Round::First(options.least_gain))?;
     for contender in &ended.contenders {
@@ -328,9 +331,7 @@ fn objective_on_look(fit: &Fit, data: &Data) -> Option<f64> {
     if !data.has_first_look() {
         return Some(fit.objective());
     }
-    let mut seen = fit.on_look(data)?;
-    seen.descend(data.look(), GOING_ON, &rivals::stuck(&seen.hypothesis));
-    Some(seen.objective())
+    Some(gone_on(fit.on_look(data)?, data.look()).objective())
 }
 
 /// Steps of a coarse sensor that y's deviation has at most where nothing is known of the plant: a converter has more.

@@ -44,6 +44,8 @@ const LEAST_PREDICTED: f64 = 0.3;
 /// of `.ci/wide` (seeds 616 and 617, law and plant unknown) four were held back there, all of them right, with gains of 1 100 and more.
 const NEARLY_ALL: f64 = 0.9;
 const MOSTLY: f64 = 0.75;
+/// Log-likelihood that such a term gains.
+const CERTAIN: f64 = 250.0;
 /// Recordings that are drawn to see how far noise leads a simulation astray.
 const DRAWN: u64 = 4;
 
@@ -138,7 +140,7 @@ impl Trial<'_> {
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
         // Noise leads what integrates anywhere, and something strong is named on it; what keeps its level follows u, or only what is beyond doubt is.
         let is_led = named.is_empty() || (is_any_strong && !self.found.improved.plant.keeps_its_level());
-        let is_certain = named.iter().any(Named::is_certain);
+        let is_certain = named.iter().any(|named| named.train_gain > CERTAIN);
         // What healthy recordings tell of a plant is not judged by how noise leads it; and a louder sensor foretells nothing of y: no simulation follows
         // the better for it.
         let is_known = is_louder || (self.has_healthy && is_any_strong);

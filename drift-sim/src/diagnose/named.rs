@@ -1,0 +1,34 @@
+//! A term that was found, and what speaks for it.
+
+use crate::physics::Term;
+
+/// A term that was found, and what speaks for it.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// The term with its fitted numbers.
+    pub term: Term,
+    /// The same with its numbers as they were when it was named, before other terms came beside it.
+    pub first: Option<Term>,
+    /// Half widths of the 95 % intervals of its parameters.
+    pub half_widths: Vec<f64>,
+    /// Kinds that these recordings can't tell from it.
+    pub tied: Vec<&'static str>,
+    /// Gain on the training part after the cost of its parameters, log-likelihood.
+    pub train_gain: f64,
+    /// Gain on the hold-out in standard errors.
+    pub holdout_errors: f64,
+}
+
+impl Named {
+    /// A term that was found outside the search.
+    pub(super) fn alone(term: Term, half_widths: Vec<f64>, train_gain: f64, holdout_errors: f64) -> Self {
+        Self { first: None, half_widths, tied: Vec::new(), train_gain, holdout_errors, term }
+    }
+
+    /// The numbers with which it was named, where those named after it have moved one of them out of its interval.
+    pub fn moved_from(&self) -> Option<&Term> {
+        let first = self.first.as_ref()?;
+        let pairs = first.parameters.iter().zip(&self.term.parameters).zip(&self.half_widths);
+        pairs.into_iter().any(|((then, now), width)| (then - now).abs() > *width).then_some(first)
+    }
+}

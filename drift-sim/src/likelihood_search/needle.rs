@@ -13,9 +13,10 @@ use super::climb::{Steps, climb};
 use super::rivals::{last_kind, stuck};
 use super::starts::{Look, needles};
 
-/// At points all about a fit, and at those of its very top.
-const ALL_ABOUT: Look = Look { seen: 6_000, run: 16, apart: 0.03, reach: 0.004 };
-const AT_THE_TOP: Look = Look { seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
+/// At the fine points all about a fit, at the finest, of which few samples tell nothing, and at those of its very top.
+const FINE: Look = Look { seen: 6_000, first_seen: 2_500, run: 16, apart: 0.03, reach: 0.004 };
+const FINEST: Look = Look { first_seen: 6_000, ..FINE };
+const AT_THE_TOP: Look = Look { seen: 30_000, first_seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
 /// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
 const AGAIN: usize = 3;
 const POINTS: usize = 3;
@@ -40,21 +41,35 @@ const SCATTER: f64 = 0.03;
 
 /// The fit near the peak that a fit beside it leads to.
 pub fn near_needle(mut fit: Fit, data: &Data) -> Fit {
-    let fixed = stuck(&fit.hypothesis);
     for _ in 0..AGAIN {
         let before = fit.objective();
-        for begin in needles(&fit, data, all_about(&fit), ALL_ABOUT).into_iter().take(POINTS) {
-            let Some(mut near) = Fit::at(&begin.hypothesis, &begin.point, data) else { continue };
-            near.descend(data, LONG, &fixed);
-            if near.objective() < fit.objective() {
-                fit = near;
-            }
-        }
+        fit = nearer(fit, data, false);
         if before - fit.objective() < LAST {
             break;
         }
     }
     fit
+}
+
+/// The same where the peak lies between the points that led there.
+pub fn nearest_needle(fit: Fit, data: &Data) -> Fit {
+    let before = fit.objective();
+    let near = nearer(fit, data, true);
+    if before - near.objective() < LAST { near } else { near_needle(near, data) }
+}
+
+/// The best fit from the fine points about one, or from the finest.
+fn nearer(fit: Fit, data: &Data, is_finest: bool) -> Fit {
+    let Some((kind, about)) = last_kind(&fit).zip(parameters(&fit)) else { return fit };
+    let Starts::Peak { fine, finest, .. } = kind.search else { return fit };
+    let (points, look) = if is_finest { (finest(&about), FINEST) } else { (fine(&about), FINE) };
+    let fixed = stuck(&fit.hypothesis);
+    let ends = needles(&fit, data, points, look).into_iter().take(POINTS).filter_map(|begin| {
+        let mut near = Fit::at(&begin.hypothesis, &begin.point, data)?;
+        near.descend(data, LONG, &fixed);
+        Some(near)
+    });
+    ends.fold(fit, |best, end| if end.objective() < best.objective() { end } else { best })
 }
 
 /// The fit at the top of the peak that a fit is near to.
@@ -95,14 +110,6 @@ fn settle_signed(fit: &mut Fit, data: &Data) {
                 width *= 0.5;
             }
         }
-    }
-}
-
-/// The points all about a fit of which its kind's peak may be one.
-fn all_about(fit: &Fit) -> Vec<Vec<f64>> {
-    match (last_kind(fit).map(|kind| kind.search), parameters(fit)) {
-        (Some(Starts::Peak { fine, .. }), Some(parameters)) => fine(&parameters),
-        _ => Vec::new(),
     }
 }
 
@@ -184,11 +191,10 @@ mod tests {
     /// u rests within the band until then.
     const RESTS: usize = 4_000;
     const BAND: f64 = 1.0;
-    const JUMP: f64 = 0.4;
 
     /// A flow behind a valve, written out: the stem stays until u is a band away from it, then goes to within the band less the jump of it; y follows with gain 2 and
-    /// a lag of 10 samples. u is noisy, rests at first, then swings over three bands to and fro.
-    fn flow() -> Signals {
+    /// a lag of 10 samples. u is noisy (0.05), rests at first, then swings over three bands to and fro.
+    fn flow(jump: f64) -> Signals {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let (of_u, of_y) =
             (sequence(SAMPLES, 0.05, 0.0, &mut random), sequence(SAMPLES, 0.02, 0.0, &mut random));
@@ -200,30 +206,50 @@ mod tests {
             y.push(level + of_y);
             let off = u[n] - stem;
             if off.abs() > BAND {
-                stem = u[n] - (BAND - JUMP).copysign(off);
+                stem = u[n] - (BAND - jump).copysign(off);
             }
             level += (1.0 - libm::exp(-0.1)) * (2.0 * stem - level);
         }
         Signals { sample_time_s: 1.0, r: y.clone(), y, u, ..Signals::default() }
     }
 
+    /// A fit that has the valve's lag and hardly a jump, from which the way leads to the needle.
+    fn beside(jump: f64) -> (Fit, Data) {
+        let text = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.1\ntime_constant_s = 9.0\n";
+        let model = Loop::parse(text, "a flow").unwrap();
+        let recordings = vec![flow(jump)];
+        let plain = likelihood_search::hypothesis(&model, &recordings, &Options::default());
+        let data = Data::new(&plain, recordings, vec![SAMPLES]);
+        let beside = [("stick_band", BAND - 0.5 * jump), ("slip_jump", 0.02), ("stem_at_start", 0.0)];
+        let hypothesis = plain.with(Term::new("stiction", &beside).unwrap());
+        let fit = nominal::fit_noise(&hypothesis, &data, &hypothesis.places_of(0)).unwrap();
+        (fit, data)
+    }
+
     /// From what backlash of the same lag would be, the way leads to the needle, though no valve moves in the first samples.
     #[test]
     fn a_valve_that_rests_at_first_is_found() {
-        let text = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.1\ntime_constant_s = 9.0\n";
-        let model = Loop::parse(text, "a flow").unwrap();
-        let recordings = vec![flow()];
-        let plain = likelihood_search::hypothesis(&model, &recordings, &Options::default());
-        let data = Data::new(&plain, recordings, vec![SAMPLES]);
-        let beside = [("stick_band", BAND - 0.5 * JUMP), ("slip_jump", 0.02), ("stem_at_start", 0.0)];
-        let hypothesis = plain.with(Term::new("stiction", &beside).unwrap());
-        let fit = nominal::fit_noise(&hypothesis, &data, &hypothesis.places_of(0)).unwrap();
+        let jump = 0.4;
+        let (fit, data) = beside(jump);
         let near = near_needle(fit, &data);
         let found = parameters(&near).unwrap();
         assert!((found[0] - BAND).abs() < 0.005 * BAND, "{found:?}");
         let kind = last_kind(&near).unwrap();
         let top = at_needle(near, kind, &data);
         let found = parameters(&top).unwrap();
-        assert!((found[0] - BAND).abs() < 0.003 * BAND && (found[1] - JUMP).abs() < 0.05 * JUMP, "{found:?}");
+        assert!((found[0] - BAND).abs() < 0.003 * BAND && (found[1] - jump).abs() < 0.05 * jump, "{found:?}");
+    }
+
+    /// A jump that lies between the fine points, from which the way ends beside the needle: the finest lead to it.
+    #[test]
+    fn a_valve_that_the_fine_points_miss_is_found() {
+        let jump = 0.71;
+        let (fit, data) = beside(jump);
+        let band = |fit: &Fit| parameters(fit).unwrap()[0];
+        let near = near_needle(fit, &data);
+        assert!((band(&near) - BAND).abs() > 0.01 * BAND, "{}", band(&near));
+        let nearest = nearest_needle(near.clone(), &data);
+        assert!((band(&nearest) - BAND).abs() < 0.005 * BAND, "{}", band(&nearest));
+        assert!(nearest.objective() < near.objective() - 1_000.0);
     }
 }

@@ -11,7 +11,7 @@ use crate::stage;
 use super::decide::cost_of;
 use super::glance::{Glance, Round, gain_over, second_round};
 use super::idle;
-use super::needle::{at_needle, near_needle};
+use super::needle::{at_needle, near_needle, nearest_needle};
 use super::nominal;
 use super::standing_load::prior_row;
 
@@ -379,7 +379,7 @@ impl Field {
             let origins = likely.iter().filter_map(|other| rival.like(other, data));
             let near = origins.map(|origin| near_needle(origin, data));
             let Some(best) = near.min_by(|a, b| a.objective().total_cmp(&b.objective())) else { continue };
-            let found = at_needle(best, rival.kind, data);
+            let found = at_needle(nearest_needle(best, data), rival.kind, data);
             if found.objective() < rival.fit.objective() {
                 *rival = Rival { kind: rival.kind, fit: found, ended: true, idle: 0 };
             }

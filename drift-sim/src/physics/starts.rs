@@ -16,6 +16,8 @@ pub enum Starts {
         dense: fn(&Scales) -> Vec<Vec<f64>>,
         /// Those about the parameters of a fit.
         fine: fn(&[f64]) -> Vec<Vec<f64>>,
+        /// Many more of them, for a peak that lies between those.
+        finest: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Parameters with which it does what a term of another kind does, where there are any: a fit of that leads to its peak as well.
         like: fn(&Term) -> Option<Vec<f64>>,
     },

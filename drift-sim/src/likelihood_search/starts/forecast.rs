@@ -29,6 +29,8 @@ const NOTHING: f64 = 1e-6;
 pub struct Look {
     /// Samples of the first recording that are forecast: those in which u moves most.
     pub seen: usize,
+    /// So many of them tell which part of the points is looked at over all of them.
+    pub first_seen: usize,
     /// Points that are run.
     pub run: usize,
     /// How far apart they are, as logarithms of their parameters.
@@ -37,16 +39,14 @@ pub struct Look {
     pub reach: f64,
 }
 
-/// Points from which on all are forecast over so many samples first, and the part of them that is then looked at in full.
-const MANY: usize = 2_000;
-const FIRST_SEEN: usize = 2_500;
+/// One over that part.
 const KEPT: usize = 8;
 
 /// The best of points of the last candidate's parameters about a fit.
 pub fn about(base: &Base<'_>, mut points: Vec<Vec<f64>>, look: Look) -> Option<Vec<Begin>> {
     let hypothesis = &base.fit.hypothesis;
-    if points.len() > MANY && look.seen > FIRST_SEEN {
-        let judged = Forecast::new(base, FIRST_SEEN)?.judged(points);
+    if look.first_seen < look.seen {
+        let judged = Forecast::new(base, look.first_seen)?.judged(points);
         let kept = judged.len() / KEPT;
         points = judged.into_iter().take(kept).map(|(_, parameters)| parameters).collect();
     }

@@ -58,7 +58,7 @@ use crate::controller::Controller;
 use crate::likelihood_search::loop_likelihood::loop_likelihood;
 use crate::likelihood_search::{self, Judged, options::Options};
 use crate::measured_input::Input;
-use crate::physics::{Place, Term};
+use crate::physics::{Family, Place, Term};
 use crate::plant::Plant;
 use crate::stage;
 use crate::{Error, Result};
@@ -258,11 +258,10 @@ impl Diagnosis {
         !has_named || of(&self.improved) >= of(other)
     }
 
-    /// Whether a load, a bias or a lost gain comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of. Where the
-    /// sensor's noise changes too, no simulation tells: that is not in it.
+    /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of.
     fn jumps_again(&self) -> bool {
-        let is_any_noise = self.physics.iter().any(Named::is_noise_change);
-        !is_any_noise && self.physics.iter().filter(|named| named.is_jump()).count() > 1
+        let is_jump = |named: &&Named| named.term.kind.family == Some(Family::Offset);
+        self.physics.iter().filter(is_jump).count() > 1
     }
 
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.

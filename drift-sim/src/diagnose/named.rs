@@ -1,6 +1,6 @@
 //! A term that was found, and what speaks for it.
 
-use crate::physics::{Family, Starts, Term};
+use crate::physics::Term;
 
 /// A term that was found, and what speaks for it.
 #[derive(Debug, Clone)]
@@ -30,15 +30,5 @@ impl Named {
         let first = self.first.as_ref()?;
         let pairs = first.parameters.iter().zip(&self.term.parameters).zip(&self.half_widths);
         pairs.into_iter().any(|((then, now), width)| (then - now).abs() > *width).then_some(first)
-    }
-
-    /// Whether it is a load or a bias that begins at once, or what looks like one.
-    pub(super) fn is_jump(&self) -> bool {
-        self.term.kind.family == Some(Family::Offset)
-    }
-
-    /// Whether it is in the noise, and in no simulation.
-    pub(super) fn is_noise_change(&self) -> bool {
-        matches!(self.term.kind.search, Starts::NoiseChange)
     }
 }

@@ -258,10 +258,12 @@ impl Diagnosis {
         !has_named || of(&self.improved) >= of(other)
     }
 
-    /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of.
+    /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of. Where the sensor's
+    /// noise changes too, no simulation tells: that is in none.
     fn jumps_again(&self) -> bool {
         let is_jump = |named: &&Named| named.term.kind.family == Some(Family::Offset);
-        self.physics.iter().filter(is_jump).count() > 1
+        let changes_noise = self.physics.iter().any(Named::is_noise_change);
+        !changes_noise && self.physics.iter().filter(is_jump).count() > 1
     }
 
     /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.

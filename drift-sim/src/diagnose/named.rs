@@ -1,6 +1,6 @@
 //! A term that was found, and what speaks for it.
 
-use crate::physics::Term;
+use crate::physics::{Starts, Term};
 
 /// A term that was found, and what speaks for it.
 #[derive(Debug, Clone)]
@@ -30,5 +30,10 @@ impl Named {
         let first = self.first.as_ref()?;
         let pairs = first.parameters.iter().zip(&self.term.parameters).zip(&self.half_widths);
         pairs.into_iter().any(|((then, now), width)| (then - now).abs() > *width).then_some(first)
+    }
+
+    /// Whether it is in the noise, and in no simulation.
+    pub(super) fn is_noise_change(&self) -> bool {
+        matches!(self.term.kind.search, Starts::NoiseChange)
     }
 }

@@ -18,8 +18,8 @@ pub struct Priors {
     pub plant_log: f64,
     /// Prior deviation of the constant load, as part of the drive's deviation.
     pub constant_load: f64,
-    /// Whether the constant load is counted from the one under which the plant rests at the recordings' level: it is, where the plant is unknown.
-    pub about_level: bool,
+    /// Whether the plant is guessed, from nothing but the recordings: the constant load is then counted from the one under which it rests at their level.
+    pub is_guessed: bool,
     /// Prior deviation of a measured input's gain that is to be found, in those under which the input moves the drive as much as u does: it keeps one from running away of
     /// which a recording says nothing.
     pub input_gain: f64,
@@ -36,7 +36,7 @@ impl Default for Priors {
         Self {
             plant_log: 0.25,
             constant_load: 0.3,
-            about_level: false,
+            is_guessed: false,
             input_gain: 10.0,
             late_samples: 0.3,
             longest_tau: 0.1,
@@ -63,8 +63,10 @@ pub struct Hypothesis {
     pub stated: usize,
     /// What is free.
     pub free: Vec<Free>,
-    /// The plant's stated numbers.
+    /// The plant's stated numbers, or those that were guessed.
     pub numbers: Vec<Number>,
+    /// Whether they were guessed.
+    pub is_guessed: bool,
     /// Where the plant rests, whatever its numbers; none where its own numbers say it.
     pub level: Option<Level>,
     /// The recording's scales.
@@ -117,8 +119,8 @@ impl Hypothesis {
             .map(|(input, (mean, _))| input.load(model.plant.drive_gain(), input.gain.value() * mean))
             .sum();
         let means = (scales.u_mean, scales.y_mean, measured_load);
-        let level = if priors.about_level { Level::of(&model.plant, means) } else { None };
-        Self { model, stated, free, numbers, level, scales: scales.clone() }
+        let level = if priors.is_guessed { Level::of(&model.plant, means) } else { None };
+        Self { model, stated, free, numbers, is_guessed: priors.is_guessed, level, scales: scales.clone() }
     }
 
     /// The same with one more candidate term; its numbers come before the noise's.

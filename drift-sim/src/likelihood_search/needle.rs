@@ -17,6 +17,13 @@ use super::starts::{Look, needles};
 const FINE: Look = Look { seen: 6_000, first_seen: 2_500, run: 16, apart: 0.03, reach: 0.004 };
 const FINEST: Look = Look { first_seen: 6_000, ..FINE };
 const AT_THE_TOP: Look = Look { seen: 30_000, first_seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
+/// The points about a fit that are looked at.
+#[derive(Clone, Copy)]
+enum Grid {
+    Fine,
+    Finest,
+}
+
 /// How often, each time from the numbers that the last search found, and the points of each from which the other numbers are fitted again.
 const AGAIN: usize = 3;
 const POINTS: usize = 3;
@@ -43,7 +50,7 @@ const SCATTER: f64 = 0.03;
 pub fn near_needle(mut fit: Fit, data: &Data) -> Fit {
     for _ in 0..AGAIN {
         let before = fit.objective();
-        fit = nearer(fit, data, false);
+        fit = nearer(fit, data, Grid::Fine);
         if before - fit.objective() < LAST {
             break;
         }
@@ -54,15 +61,18 @@ pub fn near_needle(mut fit: Fit, data: &Data) -> Fit {
 /// The same where the peak lies between the points that led there.
 pub fn nearest_needle(fit: Fit, data: &Data) -> Fit {
     let before = fit.objective();
-    let near = nearer(fit, data, true);
+    let near = nearer(fit, data, Grid::Finest);
     if before - near.objective() < LAST { near } else { near_needle(near, data) }
 }
 
-/// The best fit from the fine points about one, or from the finest.
-fn nearer(fit: Fit, data: &Data, is_finest: bool) -> Fit {
+/// The best fit from the points of a grid about one.
+fn nearer(fit: Fit, data: &Data, grid: Grid) -> Fit {
     let Some((kind, about)) = last_kind(&fit).zip(parameters(&fit)) else { return fit };
     let Starts::Peak { fine, finest, .. } = kind.search else { return fit };
-    let (points, look) = if is_finest { (finest(&about), FINEST) } else { (fine(&about), FINE) };
+    let (points, look) = match grid {
+        Grid::Fine => (fine(&about), FINE),
+        Grid::Finest => (finest(&about), FINEST),
+    };
     let fixed = stuck(&fit.hypothesis);
     let ends = needles(&fit, data, points, look).into_iter().take(POINTS).filter_map(|begin| {
         let mut near = Fit::at(&begin.hypothesis, &begin.point, data)?;

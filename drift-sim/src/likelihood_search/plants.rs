@@ -7,8 +7,7 @@ use crate::cores::AcrossCores as _;
 use crate::control_loop::Loop;
 use crate::estimate::first_look::{coarseness, coarser, fewer};
 use crate::estimate::fit::Fit;
-use crate::estimate::free::Free;
-use crate::estimate::hypothesis::{Hypothesis, Target, is_noise};
+use crate::estimate::hypothesis::{Hypothesis, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
@@ -123,14 +122,8 @@ pub(crate) fn guessing(options: &Options) -> Options {
     let mut options = options.clone();
     options.priors.plant_log = GUESSED_LOG;
     options.priors.constant_load = GUESSED_LOAD;
-    options.priors.about_level = true;
+    options.priors.is_guessed = true;
     options
-}
-
-/// Whether a plant's numbers are held to what a guessed plant's are.
-pub fn is_guessed(hypothesis: &Hypothesis) -> bool {
-    let is_plants = |free: &&Free| matches!(free.target, Target::Plant(_));
-    hypothesis.free.iter().filter(is_plants).any(|free| free.prior == Some(GUESSED_LOG))
 }
 
 /// A plant, and fits beside it that were found before the search.

@@ -13,7 +13,6 @@ use super::glance::{Glance, Round, gain_over, second_round};
 use super::idle;
 use super::needle::{at_needle, near_needle, nearest_needle};
 use super::nominal;
-use super::plants;
 use super::standing_load::prior_row;
 
 /// Gain of a short fit below which a kind is not fitted to the end.
@@ -381,8 +380,7 @@ impl Field {
             let near = origins.map(|origin| near_needle(origin, data));
             let Some(best) = near.min_by(|a, b| a.objective().total_cmp(&b.objective())) else { continue };
             // Beside a guessed plant a valve with numbers enough to choose from does what a motor's friction does.
-            let is_guessed = plants::is_guessed(&best.hypothesis);
-            let near = if is_guessed { best } else { nearest_needle(best, data) };
+            let near = if best.hypothesis.is_guessed { best } else { nearest_needle(best, data) };
             let found = at_needle(near, rival.kind, data);
             if found.objective() < rival.fit.objective() {
                 *rival = Rival { kind: rival.kind, fit: found, ended: true, idle: 0 };

@@ -355,6 +355,27 @@ impl Fit {
         better
     }
 
+    /// Objectives at points about this one, each number moved by as many of its deviations, as the curvature along a tangent has them, as are drawn; of those that can be simulated.
+    pub fn scattered(
+        &self,
+        data: &Data,
+        tangent: &Tangent,
+        count: usize,
+        mut draw: impl FnMut() -> f64,
+    ) -> Option<Vec<f64>> {
+        let factor = damped(&tangent.curvature(self), LEAST_DAMPING).cholesky()?.l().transpose();
+        let points = (0..count).map(|_| {
+            let draws = DVector::from_fn(tangent.moving.len(), |_, _| draw());
+            Some(self.shifted(&tangent.moving, &factor.solve_upper_triangular(&draws)?, 1.0))
+        });
+        let points: Vec<Point> = points.collect::<Option<_>>()?;
+        let chunks: Vec<&[Point]> = points.chunks(LANES).collect();
+        let found =
+            chunks.into_par_iter().map(|chunk| rows_at(&self.hypothesis, chunk, data, &Cache::default()));
+        let found: Vec<Vec<Option<Rows>>> = found.collect();
+        Some(found.into_iter().flatten().flatten().map(|rows| rows.objective).collect())
+    }
+
     /// The columns of all numbers but the `fixed`.
     pub fn tangent(&self, data: &Data, fixed: &[usize]) -> Option<Tangent> {
         let moving: Vec<usize> = (0..self.point.x.len()).filter(|i| !fixed.contains(i)).collect();

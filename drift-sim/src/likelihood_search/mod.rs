@@ -33,6 +33,7 @@ mod one_way;
 pub mod options;
 pub(crate) mod plants;
 pub mod prove;
+mod raggedness;
 pub(crate) mod rivals;
 mod search;
 pub(crate) mod simulates;

@@ -21,8 +21,6 @@ pub enum Starts {
         /// Parameters with which it does what a term of another kind does, where there are any: a fit of that leads to its peak as well.
         like: fn(&Term) -> Option<Vec<f64>>,
     },
-    /// What it does is in proportion to its first parameter, from the start of the recording: one small trial tells the size.
-    Proportional,
     /// It begins at an unknown time, and from then on acts in proportion to a signal: a matched filter finds when.
     Onset(Weight),
     /// It grows from an unknown time on.

@@ -2,7 +2,7 @@
 
 use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, any_values,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, any_values, grid,
     is_servo, shown,
 };
 
@@ -16,7 +16,11 @@ pub(super) static KIND: Kind = Kind {
     consistent: any_values,
     effect: |p, _| Box::new(Stiffness { stiffness: p[0] }),
     starts: |s| singles(Signature::or_both_signs(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
-    search: Starts::Proportional,
+    // Friction that sticks hides a small spring's slope: each size is tried by itself.
+    search: Starts::Grid(|s| {
+        let points = [0.3, 1.0, 3.0, 0.1, 0.03].into_iter().flat_map(|part| [part, -part]);
+        grid(points, |part| vec![part * s.drive / s.position])
+    }),
     family: Some(Family::Spring),
     excitation: "Holding at two or more positions.",
     ties: &["gravity"],

@@ -1,13 +1,10 @@
-//! Starts on a grid, and of what acts in proportion to its parameter.
+//! Starts on a grid.
 
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::physics::{Kind, Start};
 
 use super::super::climb::{Steps, climb_together};
-use super::{Base, Begin, neutral, wider};
-
-/// Size of a trial of what acts in proportion, in the parameter's own scale.
-const TRIAL: f64 = 0.02;
+use super::{Base, Begin, wider};
 
 /// Points of a grid from which a narrow peak is climbed, steps of each, and their reach.
 const CLIMBED: usize = 8;
@@ -63,18 +60,6 @@ pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<V
     let ended =
         ended.map(|(point, (_, score))| Begin { score, hypothesis: hypothesis.clone(), point, onset_s: 0.0 });
     Some(ended.collect())
-}
-
-/// The size that one small trial tells.
-pub fn proportional(base: &Base<'_>, kind: &'static Kind) -> Option<Vec<Begin>> {
-    let hypothesis = wider(base, kind, neutral(kind));
-    let mut point = hypothesis.widen(&base.fit.hypothesis, &base.fit.point);
-    let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
-    let response = base.responses(&hypothesis, std::slice::from_ref(&point), place, TRIAL)?.pop()??;
-    let (x, score) = base.proportional(&response);
-    let free = hypothesis.free.get(place)?;
-    *point.x.get_mut(place)? = x.clamp(free.low, free.high);
-    Some(vec![Begin { score, hypothesis, point, onset_s: 0.0 }])
 }
 
 /// What leaves the actuator's terms in the first recording.

@@ -194,7 +194,6 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
     let mut found = match kind.search {
         Starts::Grid(points) => grid::points(base, kind, &points(&base.fit.hypothesis.scales)),
         Starts::Peak { coarse, .. } => grid::peaks(base, kind, &coarse(&base.fit.hypothesis.scales)),
-        Starts::Proportional => grid::proportional(base, kind),
         Starts::Onset(weight) => onset::steps(base, kind, weight),
         Starts::Ramp(weight) => onset::ramps(base, kind, weight),
         Starts::Wave(over) => wave::waves(base, kind, over),
@@ -260,7 +259,6 @@ pub fn trial_power(base: &Base<'_>, kind: &'static Kind) -> Option<(Term, f64)> 
         }
         Starts::Wave(Over::Time) => (vec![0.3 * scales.drive, 10.0 / scales.duration_s, 0.0], 0.0),
         Starts::Wave(Over::Position) => (vec![0.3 * scales.drive, 0.1 * scales.position, 0.0], 0.0),
-        Starts::Proportional => (sized(kind, scales), 0.0),
         Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange => (sized(kind, scales), middle),
         Starts::Apart => return None,
     };

@@ -10,12 +10,13 @@ use crate::physics::Starts;
 use crate::plant::Role;
 
 use super::decide::independent_share;
-use super::needle::peaks_beside;
+use super::needle::{self, peaks};
 
 /// Half width, in standard errors, of a 95 % interval of what is normally distributed.
 const NORMAL_95: f64 = 1.96;
-/// The 95 % point of chi squared with one degree of freedom.
+/// The 95 % points of chi squared with one degree of freedom, and with three: a valve's numbers jump from peak to peak together.
 const CHI_SQUARED: f64 = 3.84;
+const CHI_SQUARED_3: f64 = 7.81;
 /// Part of a sample by which two ways to simulate one differ: half of a quarter step, and as much again.
 const TIMING: f64 = 0.25;
 /// Halvings and doublings in which the end of a profile is found.
@@ -67,10 +68,8 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         }
     }
     // A needle's top has many peaks: all that are as likely are in the interval.
-    let peaks: Vec<Fit> = peaks_beside(fit, data)
-        .into_iter()
-        .filter(|peak| peak.objective() < fit.objective() + rise)
-        .collect();
+    let is_as_likely = |peak: &Fit| peak.objective() < fit.objective() + CHI_SQUARED_3 / share;
+    let peaks: Vec<Fit> = peaks(fit, data, &needle::ABOUT).into_iter().filter(is_as_likely).collect();
     for own in &needles {
         let tangent = own.iter().fold(tangent.clone(), |tangent, place| tangent.without(*place));
         let together = by_profile(fit, data, &tangent, own, rise).unwrap_or(0.0);

@@ -13,10 +13,9 @@ use super::climb::{Steps, climb};
 use super::rivals::{last_kind, stuck};
 use super::starts::{Look, needles};
 
-/// At the fine points all about a fit, at the finest, of which few samples tell nothing, and at those of its very top.
+/// At the fine points all about a fit, and at the finest, of which few samples tell nothing.
 const FINE: Look = Look { seen: 6_000, first_seen: 2_500, run: 16, apart: 0.03, reach: 0.004 };
 const FINEST: Look = Look { first_seen: 6_000, ..FINE };
-const AT_THE_TOP: Look = Look { seen: 30_000, first_seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
 /// The points about a fit that are looked at.
 #[derive(Clone, Copy)]
 enum Grid {
@@ -36,12 +35,26 @@ const STEPS: usize = 100;
 const REACH: f64 = 0.002;
 /// The first and the last width, as parts of the largest number, by which a number of either sign is moved.
 const SIGNED: (f64, f64) = (0.25, 0.002);
-/// Points that are forecast for other peaks of a top, how far they are drawn from it, the least number as a part of the largest, and slides of the other
-/// numbers there.
-const LOOKED_AT: usize = 600;
-const TOP_REACH: f64 = 0.006;
+/// Where other peaks of a top are looked for.
+pub struct Surroundings {
+    /// Points that are forecast.
+    count: usize,
+    /// How far the first of three is drawn from the top, as a part of the largest number; the second half as far, the third a quarter.
+    reach: f64,
+    /// How they are looked at.
+    look: Look,
+}
+
+/// Those from which the way up goes on, and all that an interval may have in it.
+const VERY_TOP: Look = Look { seen: 30_000, first_seen: 30_000, run: 32, apart: 0.0007, reach: 0.001 };
+const BESIDE: Surroundings = Surroundings { count: 600, reach: 0.012, look: VERY_TOP };
+pub const ABOUT: Surroundings =
+    Surroundings { count: 2_400, reach: 0.03, look: Look { run: 48, apart: 0.004, ..VERY_TOP } };
+/// The least number as a part of the largest, and slides of the other numbers at a peak.
 const LEAST: f64 = 1e-3;
 const SLIDES: usize = 2;
+/// Gain in the objective from which the way up goes on from another peak.
+const HIGHER: f64 = 1.0;
 /// Points that are drawn about a top, and how far: by as much of the band as real valves slip early or late.
 const DRAWN: usize = 80;
 const SCATTER: f64 = 0.03;
@@ -91,11 +104,16 @@ pub fn at_needle(fit: Fit, kind: &Kind, data: &Data) -> Fit {
         settle_signed(&mut climbed, data);
         climbed
     };
-    let fit = to_the_top(fit);
-    match peaks_beside(&fit, data).into_iter().next() {
-        Some(other) if other.objective() < fit.objective() => to_the_top(other),
-        _ => fit,
+    let mut fit = to_the_top(fit);
+    for _ in 0..AGAIN {
+        let higher = |about: &Surroundings| {
+            let highest = peaks(&fit, data, about).into_iter().next();
+            highest.filter(|other| other.objective() < fit.objective() - HIGHER)
+        };
+        let Some(other) = higher(&BESIDE).or_else(|| higher(&ABOUT)) else { break };
+        fit = to_the_top(other);
     }
+    fit
 }
 
 /// Moves the numbers of the last term that may have either sign (where the stem was at the start), by parts of its largest number: a climb moves each by a part of
@@ -123,11 +141,11 @@ fn settle_signed(fit: &mut Fit, data: &Data) {
     }
 }
 
-/// Fits at other peaks of the top, the likeliest first: a needle's top has many, some per cent of its numbers apart.
-pub fn peaks_beside(fit: &Fit, data: &Data) -> Vec<Fit> {
+/// Fits at other peaks about the top, the likeliest first: a needle's top has many, some per cent of its numbers apart.
+pub fn peaks(fit: &Fit, data: &Data, about: &Surroundings) -> Vec<Fit> {
     let Some((kind, top)) = top(fit) else { return Vec::new() };
-    let points = drawn(kind, &top, LOOKED_AT, |_| TOP_REACH);
-    let begins = needles(fit, data, points, AT_THE_TOP);
+    let points = drawn(kind, &top, about.count, |i| about.reach / f64::from(1 << (i % 3)));
+    let begins = needles(fit, data, points, about.look);
     let Some(tangent) = fit.tangent(data, &stuck(&fit.hypothesis)) else { return Vec::new() };
     let slid = begins.into_par_iter().filter_map(|begin| {
         let mut near = Fit::at(&begin.hypothesis, &begin.point, data)?;

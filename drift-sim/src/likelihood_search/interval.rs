@@ -11,6 +11,7 @@ use crate::plant::Role;
 
 use super::decide::independent_share;
 use super::needle::{self, peaks};
+use super::raggedness::shaken_along;
 
 /// Half width, in standard errors, of a 95 % interval of what is normally distributed.
 const NORMAL_95: f64 = 1.96;
@@ -38,6 +39,8 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         fit.hypothesis.place(Target::Plant(delay))
     });
     let rise = CHI_SQUARED / share;
+    // A ragged likelihood has another top near by.
+    let wider = libm::sqrt(1.0 + 2.0 * shaken_along(fit, data, &tangent) / CHI_SQUARED);
     let needles = needles(fit);
     let of_needles = |place: &usize| needles.iter().any(|own| own.contains(place));
     for (i, width) in widths.iter_mut().enumerate().filter(|(place, _)| !of_needles(place)) {
@@ -56,7 +59,7 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
             Some(variance) => libm::sqrt((variance / share).max(0.0)) / free.slope(*x).abs(),
             None => error,
         };
-        let by_curvature = libm::hypot(NORMAL_95 * error, moved) * free.slope(*x).abs();
+        let by_curvature = libm::hypot(wider * NORMAL_95 * error, moved) * free.slope(*x).abs();
         *width = if free.smooth {
             by_curvature
         } else {

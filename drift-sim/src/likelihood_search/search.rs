@@ -13,7 +13,7 @@ use super::guarantee::decide_surely;
 use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
-use super::raggedness::raggedness;
+use super::raggedness::shaken;
 use super::rivals::{self, Field, Rival, field};
 use super::standing_load;
 
@@ -23,10 +23,6 @@ const REFIT_STEPS: usize = 10;
 /// hypotheses, and their likelihoods are not to be compared. Further terms may make up for some of it, not for all.
 const LEAST_INDEPENDENT: f64 = 0.6;
 const HOPELESS: f64 = 0.02;
-
-/// Raggednesses of either fit that a term beside others must gain. Of 96 loops of ten seeds of `.ci/wide` with a second effect, one that is right gained 12 and more, most
-/// of them 50, and six of eleven that are wrong less than 9.
-const RAGGED: f64 = 10.0;
 
 /// Late responses that a plant may have of its own.
 const OWN_LAGS: usize = 2;
@@ -208,7 +204,7 @@ impl Search<'_> {
             return false;
         };
         let score = decision.scored.iter().find(|s| s.kind == rival.kind).map_or(0.0, |s| s.score);
-        [&field.base, &rival.fit].iter().any(|fit| score < RAGGED * raggedness(fit, self.data))
+        [&field.base, &rival.fit].iter().any(|fit| score < shaken(fit, self.data))
     }
 
     /// A field beside a plant to which the late responses belong that lead one after the other.

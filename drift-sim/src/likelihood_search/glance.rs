@@ -13,7 +13,7 @@ use crate::stage;
 use super::decide::cost_of;
 use super::nominal;
 use super::rivals::{Sketch, begins_at_once, grows, is_searched, last_kind, shared_point, stuck};
-use super::starts::{Base, Begin, at_onset, begins, neutral};
+use super::starts::{Base, Begin, at_onset, begins, begins_of_size, neutral};
 
 /// Starts of a kind from each base, and how far apart two of them begin, as part of the recording.
 const STARTS: usize = 2;
@@ -25,6 +25,8 @@ const SHORT: usize = 3;
 const KEPT: f64 = 0.5;
 /// Gain of a short fit from which its shared numbers are tried for the other kinds.
 const LEADS: f64 = 15.0;
+/// Part of the drive that the numbers of a grid are about.
+const PART_OF_DRIVE: f64 = 0.3;
 /// Log-likelihood that a start must promise in a later round.
 const PROMISES: f64 = 4.0;
 /// Part of what is needed that a start or a fit must come to for the first round, or a later one, to go on. The best of all onsets gains 8 to 12 nats by
@@ -301,7 +303,8 @@ fn better(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
     }
 }
 
-/// Every kind again from the shared numbers of the best one; what begins at once, or grows from some time on, also from when the best of those begins.
+/// Every kind again from the shared numbers of the best one; what begins at once, or grows from some time on, also from when the best of those begins, and one of its family from its
+/// size.
 pub fn second_round(
     mut short: Vec<(&'static Kind, Fit)>,
     base: &Fit,
@@ -324,6 +327,7 @@ pub fn second_round(
         Some((*kind, onset_of(fit)?))
     };
     let (step, ramp) = (earliest(begins_at_once), earliest(grows));
+    let drive = level_of(&best).map(|level| level / PART_OF_DRIVE);
     let lead = Lead::of(std::iter::once((leader, gain_over(&shared, &best))), &shared);
     short.par_iter_mut().filter(|(kind, _)| *kind != leader).for_each(|(kind, fit)| {
         let alike = match kind.search {
@@ -342,13 +346,26 @@ pub fn second_round(
             true => from.slid(&begin, SLIDES, &stuck(&begin.hypothesis)),
             false => descended(&begin, data, SHORT),
         });
-        for tried in [from_best, with_best].into_iter().flatten() {
+        let is_related = kind.family.is_some() && kind.family == leader.family;
+        let of_size = drive.filter(|_| is_related).and_then(|drive| {
+            let begin = begins_of_size(&from, kind, drive).into_iter().next()?;
+            descended(&begin, data, SHORT)
+        });
+        for tried in [from_best, with_best, of_size].into_iter().flatten() {
             if tried.objective() < fit.objective() {
                 *fit = tried;
             }
         }
     });
     short
+}
+
+/// The first number of the last candidate that is a part of the drive.
+fn level_of(fit: &Fit) -> Option<f64> {
+    let term = fit.hypothesis.realise(&fit.point)?.model.physics.pop()?;
+    let mut numbers = term.kind.parameters.iter().zip(&term.parameters);
+    let (_, level) = numbers.find(|(parameter, _)| parameter.unit == "{drive}")?;
+    Some(level.abs())
 }
 
 /// When the last candidate begins.

@@ -19,7 +19,7 @@ use crate::estimate::inner_product::dot;
 use crate::estimate::lanes::LANES;
 use crate::estimate::likelihood::{Cache, Data, Rows, rows, rows_at};
 use crate::estimate::signals::Signals;
-use crate::physics::{Kind, Over, Starts, Term};
+use crate::physics::{Kind, Over, Scales, Starts, Term};
 
 pub use forecast::Look;
 pub use onset::at as at_onset;
@@ -201,9 +201,22 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
         Starts::Apart => None,
     }
     .unwrap_or_default();
+    sort(&mut found);
+    found
+}
+
+/// The points of a grid as they would be if the drive moved by so much, the best first; none of another kind.
+pub fn begins_of_size(base: &Base<'_>, kind: &'static Kind, drive: f64) -> Vec<Begin> {
+    let Starts::Grid(points) = kind.search else { return Vec::new() };
+    let scales = Scales { drive, ..base.fit.hypothesis.scales.clone() };
+    let mut found = grid::points(base, kind, &points(&scales)).unwrap_or_default();
+    sort(&mut found);
+    found
+}
+
+fn sort(found: &mut Vec<Begin>) {
     found.retain(|begin| begin.score.is_finite());
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
-    found
 }
 
 /// The best of points of the last candidate's parameters about a fit whose likelihood is as narrow as a needle, the best first.

@@ -14,6 +14,7 @@ mod climb;
 pub(crate) mod conclude;
 pub(crate) mod decide;
 mod equal_onsets;
+mod equation_error;
 mod excitation;
 mod glance;
 mod guarantee;

@@ -16,6 +16,7 @@ use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, TransferFunctio
 use crate::simulate::actuated;
 
 use super::actuators;
+use super::equation_error;
 use super::nominal;
 use super::options::Options;
 use super::units;
@@ -297,11 +298,14 @@ impl Identification<'_> {
         let coarser = self.on(&samples);
         let Samples { model, of, .. } = &samples;
         let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
-        let plants = structures(&measure::scales(model, of), of, &signs).into_par_iter().enumerate();
-        plants
+        let plants = structures(&measure::scales(model, of), of, &signs).into_iter().enumerate();
+        let plants = plants.map(|(i, plant)| (i % STRUCTURES, plant));
+        let regressed = equation_error::plants(self.of).into_iter().map(|plant| (TWO_POLES, plant));
+        let begun = plants.chain(regressed).collect::<Vec<_>>().into_par_iter();
+        begun
             .filter(|(_, plant)| units::suit(&model.units, plant))
             .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))
-            .filter_map(|(i, plant)| Some((i % STRUCTURES, coarser.fitted(plant, STEPS)?)))
+            .filter_map(|(structure, plant)| Some((structure, coarser.fitted(plant, STEPS)?)))
             .collect()
     }
 
@@ -360,8 +364,9 @@ fn direction(recordings: &[Signals]) -> f64 {
     if sign(to_change) * sign(to_error) < 0.0 { 0.0 } else { sign(to_change) }
 }
 
-/// Structures that are tried.
+/// Structures that are tried; the last has two poles, which may swing.
 const STRUCTURES: usize = 6;
+const TWO_POLES: usize = STRUCTURES - 1;
 
 /// Factor by which two gains differ that are both tried.
 const OTHER_GAIN: f64 = 3.0;

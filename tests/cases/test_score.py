@@ -5,6 +5,7 @@ import stat
 import tempfile
 import unittest
 
+import answered_unit
 import oracle
 import score
 import table
@@ -46,6 +47,21 @@ class Judge(unittest.TestCase):
         play["parameters"][0]["unit"] = "V"
         truth = dict(label("backlash", width=2.68), place="actuator")
         self.assertEqual(score.judge(found(play), truth, ("V", 30.0))["ci_covers"], [True])
+
+    def test_a_load_on_an_unknown_plant_is_compared_in_the_unit_of_u_too(self):
+        stated = '[units]\nu = "%"\ny = "degC"\n[plant]\nkind = "identify"\n'
+        first_order = '[plant]\nkind = "first-order"\ngain = 0.8\n'
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in (("loop.toml", stated), ("truth.toml", first_order)):
+                with open(os.path.join(folder, name), "w") as file:
+                    file.write(text)
+            drive = answered_unit.unknown_drive(folder)
+        answer = named("periodic_load", amplitude=(1.5, [1.4, 1.6]))
+        truth = dict(label("periodic_load", amplitude=1.2), place="disturbance")
+        answer["parameters"][0]["unit"] = "%"
+        self.assertEqual(score.judge(found(answer), truth, drive)["ci_covers"], [True])
+        answer["parameters"][0]["unit"] = "degC"
+        self.assertEqual(score.judge(found(answer), truth, drive)["ci_covers"], [False])
 
     def test_what_the_noise_truly_is_counts_neither_way(self):
         jumps = label("cogging", there=["load_step", "injected_signal"], amplitude=1.0)

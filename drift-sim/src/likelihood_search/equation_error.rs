@@ -1,6 +1,6 @@
 //! Plants with two poles by equation error (Ljung 1999, "System Identification", 7.3): the regression of y on its last two values and on u, in means over so many samples. Noise biases
-//! each of them, the more the shorter the means, and a fast loop the more the longer; one that is near enough for a fit is all that is asked. A mode that hardly decays has no other way to be
-//! found: a fit from another frequency ends there.
+//! each of them, the more the shorter the means, and a fast loop the more the longer; one that is near enough for a fit is all that is asked. A mode that hardly decays is seldom
+//! found another way: a fit from another frequency ends there.
 
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;

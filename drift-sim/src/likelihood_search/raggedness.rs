@@ -41,3 +41,66 @@ fn without_slope(fit: &Fit) -> Vec<usize> {
     let peaks = candidates.filter(|(_, term)| matches!(term.kind.search, Starts::Peak { .. }));
     peaks.flat_map(|(candidate, _)| fit.hypothesis.places_of(candidate)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control_loop::Loop;
+    use crate::estimate::signals::Signals;
+    use crate::likelihood_search::options::Options;
+    use crate::likelihood_search::simulates::sequence;
+    use crate::likelihood_search::{self, nominal};
+    use crate::physics::Term;
+
+    const SAMPLES: usize = 6_000;
+    const TS: f64 = 0.001;
+    const LEVEL: f64 = 1.0;
+
+    /// A mass of 1 with viscous friction of 2, written out in tenths of a sample: u sways over three times the dry friction's level, a random load of a third of it acts beside it, and the mass
+    /// stays where it has stopped until the force is more than that level; without it where `sticks` is not set.
+    fn way(sticks: bool) -> Signals {
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        let load = sequence(SAMPLES, 0.3 * LEVEL, 0.99, &mut random);
+        let noise = sequence(SAMPLES, 1e-6, 0.0, &mut random);
+        let level = if sticks { LEVEL } else { 0.0 };
+        let (mut x, mut v) = (0.0, 0.0_f64);
+        let (mut y, mut u) = (Vec::new(), Vec::new());
+        for (n, (load, noise)) in load.iter().zip(noise).enumerate() {
+            y.push(x + noise);
+            u.push(1.5 * LEVEL * libm::sin(n as f64 / 150.0));
+            for _ in 0..10 {
+                let force = u[n] + load - 2.0 * v;
+                let held = if v == 0.0 { force.clamp(-level, level) } else { level.copysign(v) };
+                let next = v + 0.1 * TS * (force - held);
+                v = if v * next < 0.0 { 0.0 } else { next };
+                x += 0.1 * TS * v;
+            }
+        }
+        Signals { sample_time_s: TS, r: y.clone(), y, u, ..Signals::default() }
+    }
+
+    /// How far a fit at the true numbers may be off.
+    fn shaken_on(sticks: bool) -> f64 {
+        let text = "[loop]\nsample_time_s = 0.001\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"servo\"\noutput = \"position\"\ninertia = 1.0\nviscous = 2.0\nactuator_gain = 1.0\n";
+        let model = Loop::parse(text, "a mass").unwrap();
+        let recordings = vec![way(sticks)];
+        let plain = likelihood_search::hypothesis(&model, &recordings, &Options::default());
+        let hypothesis = if sticks {
+            plain.with(Term::new("coulomb_friction", &[("level", LEVEL)]).unwrap())
+        } else {
+            plain
+        };
+        let data = Data::new(&hypothesis, recordings, vec![SAMPLES]);
+        let mut fit = nominal::fit_noise(&hypothesis, &data, &[]).unwrap();
+        fit.descend(&data, 12, &[]);
+        shaken(&fit, &data)
+    }
+
+    /// A mass that sticks and slips under a random load leaves a fit where it happens to end; without dry friction the curvature says what a move costs.
+    #[test]
+    fn a_mass_that_sticks_under_a_random_load_is_ragged() {
+        let (free, sticking) = (shaken_on(false), shaken_on(true));
+        assert!(free < 2.0, "{free}");
+        assert!(sticking > 5.0, "{sticking}");
+    }
+}

@@ -369,9 +369,8 @@ impl Fit {
             Some(self.shifted(&tangent.moving, &factor.solve_upper_triangular(&draws)?, 1.0))
         });
         let points: Vec<Point> = points.collect::<Option<_>>()?;
-        let chunks: Vec<&[Point]> = points.chunks(LANES).collect();
-        let found =
-            chunks.into_par_iter().map(|chunk| rows_at(&self.hypothesis, chunk, data, &Cache::default()));
+        let chunks = points.chunks(LANES).into_par_iter();
+        let found = chunks.map(|chunk| rows_at(&self.hypothesis, chunk, data, &Cache::default()));
         let found: Vec<Vec<Option<Rows>>> = found.collect();
         Some(found.into_iter().flatten().flatten().map(|rows| rows.objective).collect())
     }

@@ -68,7 +68,7 @@ fn regressed(of: &[Signals]) -> Option<Regression> {
             }
         }
     }
-    let factor = products.clone().cholesky()?;
+    let factor = products.cholesky()?;
     let pivots = factor.l_dirty().diagonal();
     if pivots.min() < libm::sqrt(SINGULAR) * pivots.max() {
         return None;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
-use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, diagnose_since, prove, valve};
+use drift_sim::diagnose::{Diagnosis, Verdict, diagnose, diagnose_since, prove};
 use drift_sim::likelihood_search::options::Options;
 use drift_sim::physics::{Family, Term};
 use drift_sim::recording::{ReadOptions, Recording};
@@ -447,12 +447,6 @@ fn sticking_valves_of_a_refinery() {
     for path in paths.iter().filter(|path| path.extension().is_some_and(|end| end == "csv")) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let found = row(&name, path, None, &model);
-        if let Some(valve) = valve::search(&signals(path, &model)) {
-            println!(
-                "|   | sticking gains {:.1} over the best linear plant, band {:.2} | | | | |",
-                valve.gain, valve.term.parameters[0]
-            );
-        }
         let stiction = found.as_ref().and_then(|found| term(found, "stiction")).cloned();
         // Of two hours with a turn or two sticking and play can't be told apart.
         let is_play = |term: &&Term| term.kind.family == Some(Family::Play);

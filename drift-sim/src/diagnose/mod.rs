@@ -1,34 +1,16 @@
 //! Finds, names, models and proves the physics that a simulation left out of a recorded loop.
 //!
-//! One step a file. [`controller_replay`]: is the law as stated? [`model`] and [`fit`]: the nominal parameters refitted on the
-//! prediction error of y under the recorded u. [`missing_drive`]: what the plant lacked. `search`: rounds of [`screen`] (every
-//! kind of physics, one simulation a trial), [`candidates`] (fits), [`injected`] (signals at two levels), [`select`] (false alarms
-//! first, then rivals, then ties) and `closed_loop` (does it matter there?). `recorded`: the same where plant or law are unknown.
-//! `conclude`: [`interval`]s, the verdict, [`prove`] (closed loop on unseen samples), [`locate`] (when, and on what it depends) and
-//! [`excitation`] (what would not have shown). [`report`] turns it into JSON, [`page`] into a page.
+//! [`crate::likelihood_search`] does the work. Here are its result, [`Diagnosis`], and what is made of it: [`prove`] (simulations against what was recorded),
+//! [`locate`] (when, and on what the missing drive depends), [`report`] (JSON) and [`page`].
 
 mod before_and_after;
-pub mod by_direction;
-pub mod candidates;
 pub mod cause;
-mod closed_loop;
-mod conclude;
-pub mod constant_load;
-pub mod controller_fault;
 pub mod controller_replay;
 pub mod cycle;
 mod drive_charts;
-pub mod excitation;
 pub mod features;
 pub mod fit;
-mod healthy;
 pub mod holdout;
-pub mod identify;
-pub mod injected;
-pub mod interval;
-mod law_faults;
-pub mod law_limit;
-pub mod linear_shape;
 pub mod locate;
 pub mod missing_drive;
 pub mod model;
@@ -38,29 +20,16 @@ pub mod observer;
 pub mod page;
 pub mod part_time;
 pub mod prove;
-pub mod quantum;
-mod recorded;
 pub mod report;
-pub mod screen;
-mod search;
-pub mod select;
-pub mod sensor_effects;
 pub mod shown;
 pub mod signals;
-pub mod spans;
 pub mod spectrum;
-pub mod sticking_valve;
-pub mod valve;
 pub mod whiten;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::likelihood_search::loop_likelihood::loop_likelihood;
-use crate::likelihood_search::{self, Judged, options::Options};
-use crate::measured_input::Input;
+use crate::likelihood_search::{self, options::Options};
 use crate::physics::{Family, Place, Term};
-use crate::plant::Plant;
-use crate::stage;
 use crate::{Error, Result};
 use controller_replay::ControllerReplay;
 use locate::{Dependence, MismatchSpan};
@@ -68,19 +37,11 @@ use missing_drive::MissingDrive;
 pub use named::Named;
 use signals::Signals;
 
-/// Relative error of the replayed law from which something is wrong with it although no fault explains it.
-const LAW_IS_ANOTHER: f64 = 0.1;
 /// What the work on one sample of a recording takes, bytes: the greatest memory that diagnoses of 2 and 4 million samples were seen to take
 /// is 400 for each, and some is kept in reserve.
 pub const SAMPLE_WORK_BYTES: u64 = 500;
 /// Samples of a recording that are used.
 const MOST_SAMPLES: usize = 150_000;
-/// Samples that are enough to find a sticking valve by the likelihood of y alone.
-const VALVE_SAMPLES: usize = 8_000;
-/// Part of the other's error on unseen data that a simulation must leave at most to be preferred on a guessed plant.
-const CLOSER: f64 = 0.8;
-/// What it may leave of u at most, in per cent.
-const FOLLOWS_PCT: f64 = 50.0;
 /// Part of a recording that is held out when no other is given.
 const HELD_OUT: f64 = 0.3;
 
@@ -236,39 +197,18 @@ impl Diagnosis {
     }
 
     /// Whether the simulation with what was named is no better than without.
-    fn is_worse(&self) -> bool {
+    pub(crate) fn is_worse(&self) -> bool {
         let fits = self.unseen_fits();
         let u = |fit: Option<prove::FitPct>| fit.and_then(|fit| fit.u_pct);
         u(fits.before).zip(u(fits.after)).is_some_and(|(before, after)| after <= before)
     }
 
-    /// Whether something is named that makes the simulation worse.
-    fn names_worse(&self) -> bool {
-        !self.physics.is_empty() && self.is_worse()
-    }
-
-    /// Whether recordings are likelier under what was named than under another loop, the numbers of both refitted; true where
-    /// nothing is named that a likelihood of y has in it.
-    fn is_likelier(&self, other: &Loop, recordings: &[Signals], options: &Options) -> bool {
-        let has_named = self.physics.iter().any(|named| likelihood_search::is_searched(named.term.kind));
-        let of = |model: &Loop| {
-            let likelihood = loop_likelihood(model, recordings, true, options);
-            likelihood.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
-        };
-        !has_named || of(&self.improved) >= of(other)
-    }
-
     /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of. Where the sensor's
     /// noise changes too, no simulation tells: that is in none.
-    fn jumps_again(&self) -> bool {
+    pub(crate) fn jumps_again(&self) -> bool {
         let is_jump = |named: &&Named| named.term.kind.family == Some(Family::Offset);
         let changes_noise = self.physics.iter().any(Named::is_noise_change);
         !changes_noise && self.physics.iter().filter(is_jump).count() > 1
-    }
-
-    /// What the improved loop leaves of u where nothing was fitted to, in per cent; infinite under an unknown law, under which no loop is closed.
-    fn error_pct(&self) -> f64 {
-        self.unseen_fits().after.and_then(|fit| fit.u_pct).map_or(f64::INFINITY, |u| 100.0 - u)
     }
 }
 
@@ -293,182 +233,18 @@ pub fn diagnose_since(
     nominal: &Loop,
     options: &Options,
 ) -> Result<Diagnosis> {
+    if recordings.is_empty() {
+        return Err(Error::new("there is no recording to diagnose"));
+    }
     signals::check_open_inputs(nominal, recordings.iter().chain(healthy))?;
-    diagnose_with(recordings, holdout, nominal, (healthy, options), |first| {
-        // The older search moves no gain of a measured input.
-        nominal.inputs.iter().try_for_each(Input::check)?;
-        if healthy.is_empty() {
-            return diagnose_beside(first, holdout, nominal, 0.0);
-        }
-        let model = healthy::fitted(nominal, healthy)?;
-        diagnose_beside(first, holdout, &model, healthy::event_gain(&model, healthy))
+    let under = |law: Controller| {
+        let model = Loop { controller: law, ..nominal.clone() };
+        likelihood_search::diagnose(recordings, holdout, &model, healthy, options)
+    };
+    // A law that is another one than stated says nothing of y: y given u is judged without it.
+    let found = under(nominal.controller.clone()).or_else(|| under(Controller::Recorded));
+    found.ok_or_else(|| {
+        Error::new("the nominal model can't follow the recorded u: it diverges")
+            .allowed("a loop file whose units, signs and sample time fit the recording")
     })
-}
-
-/// By likelihood; `by_prediction_error` judges where that can't, or where, of a guessed motor or of a load that jumps more than once, its simulation of what
-/// neither has seen is far closer.
-fn diagnose_with(
-    recordings: &[Signals],
-    holdout: Option<&Signals>,
-    nominal: &Loop,
-    (healthy, options): (&[Signals], &Options),
-    by_prediction_error: impl FnOnce(&Signals) -> Result<Diagnosis>,
-) -> Result<Diagnosis> {
-    let first = recordings.first().ok_or_else(|| Error::new("there is no recording to diagnose"))?;
-    // Where no loop is closed, a likelihood is all there is.
-    let is_open = nominal.controller == Controller::Recorded;
-    let all = || recordings.iter().chain(holdout).cloned().collect::<Vec<Signals>>();
-    let found = match likelihood_search::diagnose(recordings, holdout, nominal, healthy, options) {
-        Judged::Stands(found) => *found,
-        // The older search guarantees nothing.
-        Judged::Colored(found) | Judged::Doubted(found) if options.guarantee.is_some() => return Ok(*found),
-        Judged::Colored(found) => {
-            let other = by_prediction_error(first).ok().filter(|other| !other.physics.is_empty());
-            let other = other.filter(|other| {
-                if is_open {
-                    other.is_likelier(&found.improved, &all(), options)
-                } else {
-                    other.error_pct() < CLOSER * found.error_pct()
-                }
-            });
-            return Ok(other.unwrap_or(*found));
-        }
-        // No recording that can be read ends in an error, and none that is doubted is healthy.
-        Judged::Doubted(undecided) => {
-            let other = by_prediction_error(first).ok();
-            let other = other.filter(|found| found.verdict != Verdict::NoMismatch);
-            let other =
-                other.filter(|found| !is_open || found.is_likelier(&undecided.refitted, &all(), options));
-            // On a guessed plant a simulation that what was named makes worse is no evidence.
-            let other = other.filter(|found| !(nominal.plant == Plant::Identify && found.names_worse()));
-            // What an experiment would have to tell apart has numbers in the likelihood alone.
-            return Ok(match other {
-                Some(found) if found.physics.is_empty() => Diagnosis { causes: undecided.causes, ..found },
-                Some(found) => found,
-                None => *undecided,
-            });
-        }
-        // A law that is another one than stated says nothing of y: y given u is judged without it, rather than in no way.
-        Judged::Nothing => {
-            return by_prediction_error(first).or_else(|error| {
-                let open = Loop { controller: Controller::Recorded, ..nominal.clone() };
-                match likelihood_search::diagnose(recordings, holdout, &open, healthy, options) {
-                    Judged::Stands(found) | Judged::Colored(found) | Judged::Doubted(found) => Ok(*found),
-                    Judged::Nothing => Err(error),
-                }
-            });
-        }
-    };
-    // The older search knows friction with play beside it, of motors, which may have been taken for what integrates; and one signal that comes and goes. Under an unknown law
-    // no loop is closed, and there is nothing to compare.
-    let plant = &found.nominal.plant;
-    let may_be_a_motor = match plant {
-        Plant::Servo(_) => true,
-        // Two lags of which one is slow are a mass that friction slows, in all that a short recording shows.
-        Plant::TransferFunction(plant) => plant.den.len() > 2 || plant.den.last() == Some(&0.0),
-        plant => !plant.keeps_its_level(),
-    };
-    let is_open_motor = nominal.plant == Plant::Identify && may_be_a_motor;
-    // What is named and simulates better than nothing does is not doubted.
-    let is_doubted = is_open_motor && (found.verdict != Verdict::MissingPhysics || found.is_worse());
-    if is_open || options.guarantee.is_some() || !(is_doubted || found.jumps_again()) {
-        return Ok(found);
-    }
-    // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
-    let least = if matches!(found.verdict, Verdict::Located | Verdict::Undecided) { 2 } else { 1 };
-    // What only its noise excuses yields to whatever simulates better.
-    let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
-    let most_pct = (CLOSER * found.error_pct()).min(follows_pct);
-    // No simulation comes closer than noise alone does. Where something is missing, what was not found may count as noise.
-    let noise_pct = found.noise_floor.and_then(|fit| fit.u_pct).map_or(0.0, |u| 100.0 - u);
-    if found.verdict == Verdict::NoMismatch && most_pct <= noise_pct {
-        return Ok(found);
-    }
-    match by_prediction_error(first) {
-        Ok(other) if other.physics.len() >= least && other.error_pct() < most_pct => Ok(other),
-        _ => Ok(found),
-    }
-}
-
-/// The same where healthy recordings show events of this gain themselves.
-fn diagnose_beside(
-    recording: &Signals,
-    holdout: Option<&Signals>,
-    nominal: &Loop,
-    event_gain: f64,
-) -> Result<Diagnosis> {
-    let all = recording.len();
-    stage::begins("the search by prediction error", 0);
-    let (recording, holdout) = (recording.part(0, MOST_SAMPLES), holdout.map(|h| h.part(0, MOST_SAMPLES)));
-    let found = diagnose_all(&recording, holdout.as_ref(), nominal, event_gain)?;
-    Ok(Diagnosis { not_used: all - recording.len(), ..found })
-}
-
-fn diagnose_all(
-    recording: &Signals,
-    holdout: Option<&Signals>,
-    nominal: &Loop,
-    event_gain: f64,
-) -> Result<Diagnosis> {
-    let cut = ((1.0 - HELD_OUT) * recording.len() as f64) as usize;
-    let (train, held) = match holdout {
-        Some(holdout) => (recording.clone(), holdout.clone()),
-        None => (recording.part(0, cut), recording.part(cut, recording.len())),
-    };
-    let whole = if holdout.is_some() { &train } else { recording };
-    if nominal.plant == Plant::Identify
-        && nominal.controller == Controller::Recorded
-        // Where the reference stands still, y and u move together for reasons of their own, and a valve may seem to stick.
-        && recording.r.windows(2).any(|pair| matches!(pair, [a, b] if a != b))
-        && let Some(valve) = valve::find(&recording.part(0, VALVE_SAMPLES))
-    {
-        let model = Loop { plant: valve.plant.clone(), ..nominal.clone() };
-        let case = Case {
-            nominal: &model,
-            train: recording,
-            holdout: &held,
-            whole: recording,
-            guessed: true,
-            event_gain,
-        };
-        if let Some(found) = case.run_valve(&valve)? {
-            return Ok(found);
-        }
-    }
-    let faults = law_faults::find(nominal, &train, &held);
-    let stated = nominal;
-    let nominal = faults.as_ref().map_or(nominal, |faults| &faults.model);
-    let identified = identify::plant(nominal, &train)?;
-    let mut model = identified.as_ref().map_or(nominal, |found| &found.nominal).clone();
-    if another_law(&model, &train, &held) {
-        model.controller = Controller::Recorded;
-    }
-    let guessed = identified.is_some() || model.controller == Controller::Recorded;
-    let case = Case { nominal: &model, train: &train, holdout: &held, whole, guessed, event_gain };
-    let found = if guessed { case.run_recorded(identified.as_ref()) } else { case.run() }?;
-    Ok(match faults {
-        Some(faults) => found.with_law_faults(faults, stated, &train, &held),
-        None => found,
-    })
-}
-
-/// Whether the hold-out was recorded under another law than the stated one, which the training part follows: closing the loop
-/// over it would prove nothing.
-fn another_law(model: &Loop, train: &Signals, holdout: &Signals) -> bool {
-    let error = |signals| controller_replay::replay(model, signals).map(|replay| replay.relative);
-    matches!((error(train), error(holdout)), (Some(here), Some(there)) if here < LAW_IS_ANOTHER && there > LAW_IS_ANOTHER)
-}
-
-/// One loop, one training part, one hold-out.
-#[derive(Clone, Copy)]
-struct Case<'a> {
-    nominal: &'a Loop,
-    train: &'a Signals,
-    holdout: &'a Signals,
-    /// The training part, and the hold-out where both are of one recording.
-    whole: &'a Signals,
-    /// Whether the plant was identified or the law is unknown: then little is named.
-    guessed: bool,
-    /// What an event must gain in log-likelihood beyond what it takes anywhere: healthy recordings show as much.
-    event_gain: f64,
 }

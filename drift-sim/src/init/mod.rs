@@ -3,7 +3,7 @@
 
 pub(crate) mod control_law;
 mod identified;
-mod least_squares;
+pub(crate) mod least_squares;
 mod limits;
 mod text;
 

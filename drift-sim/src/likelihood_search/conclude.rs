@@ -31,6 +31,10 @@ pub struct Conclusion<'a> {
     pub train: &'a Signals,
     /// What proves.
     pub unseen: Option<&'a Unseen>,
+    /// Deviation of the sensor's noise.
+    pub sensor_sd: f64,
+    /// How many samples the search took as one.
+    pub factor: usize,
     /// Samples that were left out.
     pub not_used: usize,
     /// The end of the search.
@@ -85,28 +89,32 @@ impl Diagnosis {
     }
 }
 
+/// The loop of a fit as a loop file would have it, in the samples of the stated one.
+pub fn loop_of(fit: &Fit, stated: &Loop) -> Loop {
+    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return stated.clone() };
+    let model = Loop { sample_time_s: stated.sample_time_s, ..realised.model };
+    as_file(&model, realised.constant_load)
+}
+
 impl Conclusion<'_> {
     /// The diagnosis.
     pub fn diagnosis(self) -> Diagnosis {
         let train = self.train;
         let held = self.unseen.map_or(train, Unseen::first);
-        let model_of = |fit: &Fit| {
-            fit.hypothesis
-                .realise(&fit.point)
-                .map(|r| as_file(&r.model, r.constant_load))
-                .unwrap_or_else(|| self.stated.clone())
-        };
+        let model_of = |fit: &Fit| loop_of(fit, self.stated);
         let base = &self.result.base;
         let best = self.result.best.as_ref().unwrap_or(base);
-        let nominal = Loop { controller: self.stated.controller.clone(), ..base.hypothesis.model.clone() };
+        let sample_time_s = self.stated.sample_time_s;
+        let nominal = base.hypothesis.model.clone();
         let as_stated = |model: Loop| Loop {
             controller: self.stated.controller.clone(),
+            sample_time_s,
             physics: model.physics.into_iter().filter(|term| !self.law.terms.contains(term)).collect(),
             ..model
         };
         let (nominal, refitted) = (as_stated(nominal), as_stated(model_of(base)));
         let mut improved = model_of(best);
-        improved.sensor.noise = best.rows.sensor_sd;
+        improved.sensor.noise = self.sensor_sd;
         let mut physics = self.law_terms(train);
         physics.extend(self.result.quantum.iter().map(|term| Named {
             term: term.clone(),
@@ -133,8 +141,9 @@ impl Conclusion<'_> {
         let verdict = self.verdict(&physics, other_numbers, is_told);
         let shows = excitation::shows(best, self.data, self.options);
         let (rejected, untestable) = self.lost(&physics, &shows);
-        let missing_drive = missing_drive::of(base, self.data);
-        let drive_left = self.result.best.as_ref().and_then(|best| missing_drive::of(best, self.data));
+        let missing_drive = missing_drive::of(base, self.data, self.factor);
+        let drive_left =
+            self.result.best.as_ref().and_then(|best| missing_drive::of(best, self.data, self.factor));
         let mismatch = !matches!(verdict, Verdict::NoMismatch | Verdict::Undecided);
         let place = match verdict {
             Verdict::MissingPhysics => physics.first().map(|named| named.term.kind.place),
@@ -149,7 +158,12 @@ impl Conclusion<'_> {
         Diagnosis {
             verdict,
             place,
-            spans: self.result.best.as_ref().map(|best| locate::spans(base, best, train)).unwrap_or_default(),
+            spans: self
+                .result
+                .best
+                .as_ref()
+                .map(|best| locate::spans(base, best, &train.coarser(self.factor)))
+                .unwrap_or_default(),
             depends_on: dependence.unwrap_or_default(),
             not_used: self.not_used,
             candidates: if verdict == Verdict::MissingPhysics { Vec::new() } else { self.result.set.clone() },
@@ -162,7 +176,7 @@ impl Conclusion<'_> {
             holdout: holdout_fits,
             improvement: self.unseen.and_then(|unseen| unseen.improvement(&refitted, &improved)),
             cycle_s: cycle::period(held).map(|samples| samples as f64 * held.sample_time_s),
-            noise_floor: noise_floor(&improved, best.rows.sensor_sd, self.unseen, train),
+            noise_floor: noise_floor(&improved, self.sensor_sd, self.unseen, train),
             physics,
             nominal,
             refitted,

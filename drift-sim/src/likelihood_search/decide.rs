@@ -143,9 +143,12 @@ fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
         |i: &usize| matches!(hypothesis.free.get(*i).map(|free| free.target), Some(Target::Onset(_)));
     let numbers = hypothesis.places_of(candidate).iter().filter(|i| !is_onset(i)).count();
     let numbers = numbers.saturating_sub(idle) as f64;
-    let starts = hypothesis.candidates().get(candidate).map(|term| term.kind.search);
-    let onset = matches!(starts, Some(Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange));
-    cost_of_numbers(numbers + if onset { ONSET_COSTS } else { 0.0 }, samples)
+    let times = hypothesis.candidates().get(candidate).map_or(0, |term| match term.kind.search {
+        _ if !term.spans.is_empty() => 2 * term.spans.len(),
+        Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange => 1,
+        _ => 0,
+    });
+    cost_of_numbers(numbers + ONSET_COSTS * times as f64, samples)
 }
 
 /// Half a logarithm of the samples for each number, as in Schwarz's criterion.

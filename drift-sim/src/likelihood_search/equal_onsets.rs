@@ -18,7 +18,7 @@ const HALVINGS: usize = 6;
 /// The fit with each of the other onsets of its terms that are as likely.
 pub fn of(fit: &Fit, data: &Data) -> Vec<Fit> {
     let terms = fit.hypothesis.candidates().iter().enumerate();
-    let beginning = terms.filter(|(_, term)| begins_at_once(term.kind));
+    let beginning = terms.filter(|(_, term)| term.spans.is_empty() && begins_at_once(term.kind));
     beginning.flat_map(|(candidate, _)| of_term(fit, candidate, data)).collect()
 }
 

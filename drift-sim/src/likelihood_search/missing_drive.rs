@@ -6,7 +6,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::{Cache, Data, runs};
 
 /// The missing drive of a fit, of the first recording; `None` where it can't be simulated over all of it.
-pub fn of(fit: &Fit, data: &Data) -> Option<MissingDrive> {
+pub fn of(fit: &Fit, data: &Data, factor: usize) -> Option<MissingDrive> {
     let whole = data.whole();
     let longest = *whole.fitted.iter().max()?;
     let runs = runs(&fit.hypothesis, &fit.point, &whole, &mut Cache::default(), longest, true)?;
@@ -14,5 +14,8 @@ pub fn of(fit: &Fit, data: &Data) -> Option<MissingDrive> {
     // What the filter is unsure of changes from sample to sample; its own deviation is the scatter of that.
     let changes = load.windows(2).map(|pair| (pair[1] - pair[0]) * (pair[1] - pair[0]));
     let deviation = libm::sqrt(0.5 * changes.sum::<f64>() / load.len().max(1) as f64);
-    Some(MissingDrive { value: load.into_iter().map(|load| -load).collect(), deviation })
+    Some(MissingDrive {
+        value: load.into_iter().flat_map(|load| std::iter::repeat_n(-load, factor)).collect(),
+        deviation,
+    })
 }

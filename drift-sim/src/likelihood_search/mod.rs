@@ -4,13 +4,16 @@
 //! u (`law`); the plant's numbers and the noise, a slow random load among it, are fitted (`plants`, `nominal`); every kind of physics is fitted
 //! beside them, all in one likelihood (`starts`, `rivals`, on [`crate::estimate`]); what can't be told from the best one is the **set**, and one
 //! kind, or one family, that is left alone in it is named (`decide`); what was named must gain on what nothing has seen (`prove`). A second
-//! effect is looked for beside the first (`search`). `conclude` makes the report. Numbers that decide are in [`options`]. Where what is left is no noise of the kind that
-//! is reckoned with, nothing is concluded here, and [`crate::diagnose`] goes on without it.
+//! effect is looked for beside the first (`search`). `conclude` makes the report, and `simulates` holds it against a simulation of what nothing has seen. Numbers that
+//! decide are in [`options`]. Where what is left is no noise of the kind that is reckoned with, or where the simulation says otherwise, `attempts` goes on: in coarser
+//! samples, beside what comes and goes, from a motor that sticks and plays.
 
 mod actuators;
 mod all_samples;
 mod apart;
+mod attempts;
 mod climb;
+mod comes_and_goes;
 pub(crate) mod conclude;
 pub(crate) mod decide;
 mod equal_onsets;
@@ -32,14 +35,18 @@ pub(crate) mod nominal;
 mod offset;
 mod one_way;
 pub mod options;
+mod parts;
 pub(crate) mod plants;
 pub mod prove;
 mod raggedness;
 pub(crate) mod rivals;
 mod search;
 pub(crate) mod simulates;
+mod spans;
 mod standing_load;
 mod starts;
+mod sticking_motor;
+mod two_levels;
 pub(crate) mod units;
 mod unseen;
 mod wave_in_u;
@@ -47,7 +54,8 @@ mod wave_in_u;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
-use crate::estimate::first_look::coarseness;
+use crate::diagnose::prove::FitPct;
+use crate::estimate::first_look::coarser;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::likelihood::Data;
@@ -59,162 +67,202 @@ use crate::sentences;
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
+use attempts::{Attempt, Beside};
 use conclude::Conclusion;
 use decide::COLORED;
 use glance::{Glance, Round};
 use options::Options;
+use parts::Parts;
 use plants::{Candidate, Identified};
 pub use rivals::is_searched;
 use rivals::{Field, Sketch};
 use search::{Found, Search};
 use simulates::Trial;
-use unseen::Unseen;
+use unseen::{Unseen, fit_pct};
 
-/// What the likelihood says.
-pub enum Judged {
-    /// The diagnosis.
-    Stands(Box<Diagnosis>),
-    /// The diagnosis, under noise that is of another kind than the random load and the sensor's that are reckoned with.
-    Colored(Box<Diagnosis>),
-    /// What is left is no noise of the kind that is reckoned with, or what was found does not simulate what it has not seen: undecided.
-    Doubted(Box<Diagnosis>),
-    /// The loop can't be simulated beside the recording, or its law is another one.
-    Nothing,
-}
-
-/// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it.
+/// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(
     recordings: &[Signals],
     holdout: Option<&Signals>,
     nominal: &Loop,
     healthy: &[Signals],
     options: &Options,
-) -> Judged {
-    let first = concluded(recordings, holdout, nominal, healthy, options);
-    let concluded = match first {
-        // What a first look at fewer samples led to does not stand: all of them are searched.
-        Some((_, Standing::Doubted)) if are_more_than_enough(recordings, holdout, healthy, options) => {
-            let all = Options { enough_samples: usize::MAX, ..options.clone() };
-            concluded(recordings, holdout, nominal, healthy, &all)
+) -> Option<Diagnosis> {
+    attempts::best(&Case { recordings, holdout, nominal, healthy, options })
+}
+
+/// What is diagnosed.
+#[derive(Clone, Copy)]
+struct Case<'a> {
+    recordings: &'a [Signals],
+    holdout: Option<&'a Signals>,
+    nominal: &'a Loop,
+    healthy: &'a [Signals],
+    options: &'a Options,
+}
+
+/// A diagnosis, and whether it stands.
+struct Tried {
+    found: Diagnosis,
+    stands: bool,
+    /// Whether anything is named or placed that is neither of the law nor another number.
+    names: bool,
+    /// Whether it is what the search found, its noise being noise, and not what may stand in its place.
+    is_sure: bool,
+}
+
+/// Recordings as one attempt searches them, and the loop as it samples them, its law mended.
+struct Searched {
+    parts: Parts,
+    healthy: Vec<Signals>,
+    model: Loop,
+}
+
+impl Case<'_> {
+    /// One attempt, from the law to the trial; `None` where it can't be made.
+    fn tried(&self, attempt: &Attempt) -> Option<Tried> {
+        let Self { nominal, options, .. } = *self;
+        let parts = Parts::new(self.recordings, self.holdout, options)?;
+        stage::begins("the control law", 0);
+        let law = law::examine(nominal, &parts.recordings);
+        if law.is_another {
+            return None;
         }
-        first => first,
-    };
-    match concluded {
-        Some((found, Standing::Stands)) => Judged::Stands(Box::new(found)),
-        Some((found, Standing::Colored)) => Judged::Colored(Box::new(found)),
-        Some((found, Standing::Doubted)) => Judged::Doubted(Box::new(found.undecided())),
-        None => Judged::Nothing,
+        let (sample_time_s, factor) = (law.model.sample_time_s, attempt.factor);
+        let searched = Searched {
+            parts: parts.in_coarser_samples(factor),
+            healthy: coarser(self.healthy, factor),
+            model: Loop { sample_time_s: factor as f64 * sample_time_s, ..law.model.clone() },
+        };
+        let (found, result) = self.searched(&searched, &attempt.beside)?;
+        stage::begins("intervals and proof", 0);
+        let has_only_law = !law.terms.is_empty();
+        let is_guessed = found.is_guessed;
+        let is_open = nominal.controller == Controller::Recorded;
+        let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&searched.parts.recordings);
+        let (train, unseen) = parts.shown();
+        let simulated = |model: &Loop| match &unseen {
+            Some(unseen) => unseen.fit(model),
+            None => fit_pct(model, &train),
+        };
+        let judged = |result: Found, least: Option<FitPct>| {
+            let fit = result.best.clone().unwrap_or_else(|| result.base.clone());
+            let fit = parts.showing(&fit).unwrap_or(fit);
+            let (is_noise, predicted) = (result.is_noise, result.predicted);
+            let without = conclude::loop_of(&result.base, nominal);
+            let is_any_named = result.best.is_some() || result.quantum.is_some();
+            let conclusion = Conclusion {
+                stated: nominal,
+                law: law.clone(),
+                train: &train,
+                unseen: unseen.as_ref(),
+                sensor_sd: fit.rows.sensor_sd,
+                factor,
+                not_used: parts.not_used,
+                result,
+                data: &found.data,
+                is_guessed,
+                options,
+            };
+            let concluded = conclusion.diagnosis();
+            let (model, shown) = match &unseen {
+                Some(unseen) if concluded.improved.controller == Controller::Recorded => {
+                    unseen.first_behind_play(&concluded.improved)
+                }
+                _ => (concluded.improved.clone(), unseen.as_ref().map_or(&train, Unseen::first).clone()),
+            };
+            let trial = Trial {
+                found: &concluded,
+                fit: &fit,
+                shown: &shown,
+                model: &model,
+                seen: &train,
+                is_guessed,
+                has_healthy: !self.healthy.is_empty(),
+                coloring: found.data.coloring(),
+                predicted,
+                without: better(simulated(&without), least),
+            };
+            let is_nothing =
+                !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
+            let is_shown = if !is_any_named {
+                // The law is judged by its own error.
+                is_noise || has_only_law || trial.proves_numbers()
+            } else if attempt.is_further() {
+                // What further attempts search shows less of what is left, so that a simulation has to show what they led to.
+                trial.proves() && (is_noise || !is_open)
+            } else {
+                // A cycle that the loop makes with what was named, and not without it, proves it whatever else is in y; and so does the closed loop's simulation.
+                is_noise || trial.cycles_as_measured() || (!is_open && trial.proves())
+            };
+            let stands = is_shown
+                && !is_coarse
+                && !is_nothing
+                && trial.passes()
+                && (least.is_none() || trial.improves());
+            Tried { found: concluded, stands, names: is_any_named, is_sure: is_noise && least.is_none() }
+        };
+        let tried = judged(result.clone(), None);
+        if tried.stands {
+            return Some(tried);
+        }
+        // Other numbers are no evidence for what is named beside them where they simulate worse by themselves.
+        let least = simulated(&conclude::loop_of(&result.base, nominal));
+        let others = result.others(&found.data).into_iter();
+        others.map(|other| judged(other, least)).find(|other| other.stands).or(Some(tried))
     }
-}
 
-/// Whether a search looks at fewer samples of these recordings first.
-fn are_more_than_enough(
-    recordings: &[Signals],
-    holdout: Option<&Signals>,
-    healthy: &[Signals],
-    options: &Options,
-) -> bool {
-    let fitted = Parts::new(recordings, holdout, options).map(|parts| parts.fitted).unwrap_or_default();
-    let all: Vec<usize> = fitted.into_iter().chain(healthy.iter().map(Signals::len)).collect();
-    coarseness(&all, options.enough_samples) > 1
-}
-
-/// Whether a diagnosis stands.
-enum Standing {
-    Stands,
-    Colored,
-    Doubted,
-}
-
-/// The diagnosis, and whether it stands.
-fn concluded(
-    recordings: &[Signals],
-    holdout: Option<&Signals>,
-    nominal: &Loop,
-    healthy: &[Signals],
-    options: &Options,
-) -> Option<(Diagnosis, Standing)> {
-    let parts = Parts::new(recordings, holdout, options)?;
-    stage::begins("the control law", 0);
-    let law = law::examine(nominal, &parts.recordings);
-    if law.is_another {
-        return None;
-    }
-    stage::begins("the plant's own numbers", 0);
-    let plants = plants::likeliest(&law.model, &parts.recordings, &parts.fitted, healthy, options);
-    let is_guessed = plants.first()?.is_guessed;
-    let is_plant_open = is_guessed && healthy.is_empty();
-    let coarse = quantization(&parts.recordings, healthy, is_guessed);
-    let (found, result) = match coarse {
-        Some(quantum) => {
+    /// The search: the plant with its numbers, and what is named beside it.
+    fn searched(&self, searched: &Searched, beside: &Beside) -> Option<(Identified, Found)> {
+        let Searched { parts, healthy, model } = searched;
+        let options = self.options;
+        stage::begins("the plant's own numbers", 0);
+        if *beside == Beside::StickingMotor {
+            let (found, with) = sticking_motor::beside_play(model, parts, options)?;
+            let search = Search { data: &found.data, options, is_plant_open: true };
+            let result = search.beside(found.nominal.clone(), with);
+            return Some((found, result));
+        }
+        let plants = plants::likeliest(model, &parts.recordings, &parts.fitted, healthy, options);
+        let is_guessed = plants.first()?.is_guessed;
+        let is_plant_open = is_guessed && healthy.is_empty();
+        if let Some(quantum) = quantization(&parts.recordings, healthy, is_guessed) {
             let found = plants.into_iter().next()?.refined()?;
             let search = Search { data: &found.data, options, is_plant_open };
             let result = search.coarse(found.nominal.clone(), quantum);
-            (found, result)
+            return Some((found, result));
         }
-        None => {
-            let (recordings, fitted) = (&parts.recordings, &parts.fitted);
-            let plants =
-                plants::with_actuators(plants, &law.model, recordings, fitted, (is_plant_open, options));
-            let (found, first) = likeliest_with_physics(plants, options)?;
-            let (found, first) = if is_plant_open {
-                identified_again(found, first, &law.model, &parts, options)
-            } else {
-                (found, first)
-            };
+        if let Beside::ComingAndGoing(terms) = beside {
+            let found = plants.into_iter().next()?.refined()?;
             let search = Search { data: &found.data, options, is_plant_open };
-            let result = search.run(search.with_own_lags(first));
-            if result.is_noise || !is_guessed {
-                (found, result)
-            } else {
-                under_coloring(found, result, is_plant_open, options)
-            }
+            let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
+            let result = search.beside(found.nominal.clone(), with);
+            return Some((found, result));
         }
-    };
-    let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&parts.recordings);
-    let is_noise = result.is_noise;
-    stage::begins("intervals and proof", 0);
-    let (predicted, fit) = (result.predicted, result.best.clone().unwrap_or_else(|| result.base.clone()));
-    let (train, unseen) = parts.shown();
-    let conclusion = Conclusion {
-        stated: nominal,
-        law,
-        train: &train,
-        unseen: unseen.as_ref(),
-        not_used: parts.not_used,
-        result,
-        data: &found.data,
-        is_guessed,
-        options,
-    };
-    let concluded = conclusion.diagnosis();
-    let (model, shown) = match &unseen {
-        Some(unseen) if concluded.improved.controller == Controller::Recorded => {
-            unseen.first_behind_play(&concluded.improved)
-        }
-        _ => (concluded.improved.clone(), unseen.as_ref().map_or(&train, Unseen::first).clone()),
-    };
-    let has_healthy = !healthy.is_empty();
-    let trial = Trial {
-        found: &concluded,
-        fit: &fit,
-        shown: &shown,
-        model: &model,
-        seen: &train,
-        is_guessed,
-        has_healthy,
-        coloring: found.data.coloring(),
-        predicted,
-    };
-    let is_nothing = !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
-    // A cycle that the loop makes with what was named, and not without it, proves it whatever else is in y.
-    let is_noise = (is_noise || trial.cycles_as_measured()) && !is_coarse;
-    let standing = match is_noise && !is_nothing && trial.passes() {
-        true if found.data.is_colored() => Standing::Colored,
-        true => Standing::Stands,
-        false => Standing::Doubted,
-    };
-    Some((concluded, standing))
+        let seen = (&parts.recordings[..], &parts.fitted[..]);
+        let plants = plants::with_actuators(plants, model, seen.0, seen.1, (is_plant_open, options));
+        let (found, first) = likeliest_with_physics(plants, options)?;
+        let (found, first) = if is_plant_open {
+            identified_again(found, first, model, parts, options)
+        } else {
+            (found, first)
+        };
+        let search = Search { data: &found.data, options, is_plant_open };
+        let result = search.run(search.with_own_lags(first));
+        Some(if result.is_noise || !is_guessed {
+            (found, result)
+        } else {
+            under_coloring(found, result, is_plant_open, options)
+        })
+    }
+}
+
+/// The better of two simulations.
+fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.error() < a.error() { b } else { a }),
+        (a, b) => a.or(b),
+    }
 }
 
 /// Steps of the fits that go on under another noise, or on other samples.
@@ -350,43 +398,6 @@ fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -
         return None;
     }
     Term::new("quantization", &[("step", step)]).ok()
-}
-
-/// The recordings and what a fit may see of each; the hold-out is the last.
-struct Parts {
-    recordings: Vec<Signals>,
-    fitted: Vec<usize>,
-    not_used: usize,
-    has_holdout: bool,
-}
-
-impl Parts {
-    /// `None` without a recording.
-    fn new(recordings: &[Signals], holdout: Option<&Signals>, options: &Options) -> Option<Self> {
-        let most = options.most_samples / recordings.len().max(1);
-        let cut = |signals: &Signals| signals.part(0, most);
-        let not_used = recordings.iter().map(|signals| signals.len().saturating_sub(most)).sum();
-        let share = |signals: &Signals, part: f64| (part * signals.len() as f64) as usize;
-        let seen = if holdout.is_some() { 1.0 } else { options.seen_of_recording };
-        let mut cuts: Vec<Signals> = recordings.iter().map(cut).collect();
-        let mut fitted: Vec<usize> = cuts.iter().map(|signals| share(signals, seen)).collect();
-        if let Some(holdout) = holdout.map(cut) {
-            fitted.push(share(&holdout, options.seen_of_holdout));
-            cuts.push(holdout);
-        }
-        let parts = Self { recordings: cuts, fitted, not_used, has_holdout: holdout.is_some() };
-        (!recordings.is_empty()).then_some(parts)
-    }
-
-    /// What fits are shown on: what numbers were fitted to, of the first recording, and what proves.
-    fn shown(&self) -> (Signals, Option<Unseen>) {
-        let (first, fitted) = (&self.recordings[0], self.fitted[0]);
-        let unseen = match self.recordings.last().filter(|_| self.has_holdout) {
-            Some(holdout) => Unseen::of(std::iter::once((holdout, 0))),
-            None => Unseen::of(self.recordings.iter().zip(self.fitted.iter().copied())),
-        };
-        (first.part(0, fitted), unseen)
-    }
 }
 
 /// The nominal fit of a loop on data: what the search starts from.

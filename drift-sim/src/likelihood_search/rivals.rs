@@ -250,8 +250,10 @@ fn rough_again(fit: &mut Fit, data: &Data) {
 fn settle_onsets(fit: &mut Fit, data: &Data) {
     let width = SETTLED * fit.hypothesis.model.sample_time_s;
     let candidates = fit.hypothesis.candidates().iter().enumerate();
-    let beginning: Vec<usize> =
-        candidates.filter(|(_, term)| begins_at_once(term.kind)).map(|(index, _)| index).collect();
+    let beginning: Vec<usize> = candidates
+        .filter(|(_, term)| term.spans.is_empty() && begins_at_once(term.kind))
+        .map(|(index, _)| index)
+        .collect();
     for _ in 0..AGAIN {
         let before = fit.point.onsets.clone();
         for index in &beginning {

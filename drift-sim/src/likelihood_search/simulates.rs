@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, quiet_run, without_noise};
-use crate::diagnose::{Diagnosis, Named, part_time};
+use crate::diagnose::{Diagnosis, Named, Verdict, part_time};
 use crate::estimate::fit::Fit;
 use crate::estimate::inner_product::dot;
 use crate::estimate::noise::Noise;
@@ -28,6 +28,8 @@ use super::limit_cycle;
 const LEAST_SIMULATED_PCT: f64 = 50.0;
 const CLOSER: f64 = 0.9;
 const STRONG: f64 = 50.0;
+/// The same of a valve that sticks, however far the slow load leads either simulation.
+const FAR_CLOSER: f64 = 0.5;
 /// Part of y that it must simulate, in per cent, where noise excuses the rest.
 const LEAST_FOLLOWED_PCT: f64 = 10.0;
 /// How many times the error without the named terms, or the error that the noise explains, they may leave anywhere.
@@ -35,6 +37,8 @@ const MOST_WORSE: f64 = 1.25;
 /// Part of the error without the named terms, beyond the noise, that they must explain where more than noise is missing. Of 128 right diagnoses of
 /// four seeds of `.ci/wide` four explain less than 0.44.
 const LEAST_EXPLAINED: f64 = 0.25;
+/// Part of all that is missed that they must explain to be proven by it.
+const LEAST_EXPLAINED_AT_ALL: f64 = 0.4;
 /// The same under colored noise, which may be taken for anything.
 const LEAST_EXPLAINED_COLORED: f64 = 0.5;
 /// Part of the drive that must be u's for the noise to excuse that a guessed plant does not follow, and for anything to be named on it but a disturbance, or play. Of 34 loops of
@@ -69,6 +73,8 @@ pub struct Trial<'a> {
     pub coloring: &'a Whitener,
     /// Part of the drive's variance that is u's.
     pub predicted: f64,
+    /// How well the loop without what is named beside its law simulates what nothing has seen.
+    pub without: Option<FitPct>,
 }
 
 impl Trial<'_> {
@@ -80,13 +86,43 @@ impl Trial<'_> {
         if !self.is_driven() {
             return false;
         }
-        let fits = self.found.unseen_fits();
-        let (Some(before), Some(after)) = (fits.before, fits.after) else { return !self.is_guessed };
+        let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
+            return !self.is_guessed;
+        };
         let beyond_noise = LazyCell::new(|| self.beyond_noise().unwrap_or(f64::INFINITY));
         let as_noise_has_it = || *beyond_noise < MOST_WORSE;
         self.follows(before, after, as_noise_has_it)
             && self.is_no_worse(before, after, as_noise_has_it)
             && self.explains(before, after, || *beyond_noise)
+    }
+
+    /// Whether the named terms explain most of what the loop without them misses of what nothing has seen, beyond its sensor's noise.
+    pub fn proves(&self) -> bool {
+        let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
+            return false;
+        };
+        !self.found.physics.is_empty() && self.explains_most(before, after)
+    }
+
+    /// Whether what is named does not make that worse.
+    pub fn improves(&self) -> bool {
+        let after = self.found.unseen_fits().after;
+        self.found.physics.is_empty()
+            || self.without.zip(after).is_some_and(|(before, after)| after.error() <= before.error())
+    }
+
+    /// Whether other numbers alone explain most of what the loop as stated misses there.
+    pub fn proves_numbers(&self) -> bool {
+        let fits = self.found.unseen_fits();
+        let (Some(nominal), Some(before)) = (fits.nominal, fits.before) else { return false };
+        self.found.verdict == Verdict::Parameters && self.explains_most(nominal, before)
+    }
+
+    fn explains_most(&self, worse: FitPct, better: FitPct) -> bool {
+        let floor = self.found.noise_floor.map_or(0.0, FitPct::error);
+        let explained = worse.error() - better.error();
+        explained > LEAST_EXPLAINED_COLORED * (worse.error() - floor)
+            && explained > LEAST_EXPLAINED_AT_ALL * worse.error()
     }
 
     /// Whether u is enough of a guessed plant's drive for what acts on the way from u to y: what disturbs the plant, or is the sensor's alone, does not ask for that, and what
@@ -151,6 +187,7 @@ impl Trial<'_> {
             || (is_certain && excused(MOSTLY))
             || ((is_led || is_stuck) && excused(NEARLY_ALL))
             || (is_certain && is_stuck && excused(LEAST_PREDICTED))
+            || (is_stuck && after.error() < FAR_CLOSER * before.error())
             || (is_led && is_closer && excused(LEAST_PREDICTED))
             || (after.y_pct > 0.0 && is_closer)
             || (after.y_pct > LEAST_FOLLOWED_PCT && excused(LEAST_PREDICTED))

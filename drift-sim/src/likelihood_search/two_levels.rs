@@ -1,21 +1,6 @@
-//! A signal that is added after u at times: its spans are read off the missing drive, which is at one of two levels then.
+//! A signal that is at one of two levels, read off the load that was missed.
 //!
-//! The threshold between the levels is the one that leaves the least variance within them (Otsu 1979, IEEE Trans. SMC
-//! 9:62-66); runs above it are the spans. Their edges are then moved, one after the other, to where the prediction error
-//! is least. Spans are events of their own in every recording: what a hold-out proves of the term is its level.
-
-use crate::cores::AcrossCores as _;
-use crate::physics::{Kind, Term};
-
-use super::candidates::Candidate;
-use super::constant_load;
-use super::fit::{Effort, Fit};
-use super::missing_drive::MissingDrive;
-use super::model::Model;
-use super::observer;
-use super::screen::Trial;
-use super::signals::Signals;
-use super::whiten::Whitener;
+//! The threshold between the levels is the one that leaves the least variance within them (Otsu 1979, IEEE Trans. SMC 9:62-66); runs beyond it are the spans.
 
 /// Part of the samples that the signal must be on for, and may be on for.
 const SHARE: [f64; 2] = [0.005, 0.6];
@@ -28,8 +13,6 @@ const MOST_SPANS: usize = 200;
 const SHORTEST: usize = 3;
 /// Part of the recording, as a divisor, that must lie before and after a single span: one that begins or ends with it is a step.
 const EDGE: usize = 100;
-/// Steps by which edges are moved, in samples.
-const EDGE_STEPS: [f64; 4] = [8.0, 4.0, 2.0, 1.0];
 
 /// A level and the samples [from, to) at which it is on.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,97 +120,6 @@ fn mean(x: &[f64]) -> f64 {
 
 fn squares(x: &[f64], about: f64) -> f64 {
     x.iter().map(|v| (v - about) * (v - about)).sum()
-}
-
-/// The spans of the missing drive, in seconds, and their level in units of u.
-pub fn spans(missing: &[f64], drive_gain: f64, sample_time_s: f64) -> Option<(f64, Vec<(f64, f64)>)> {
-    let found = two_levels(missing)?;
-    // Between two samples, so that rounding can't move an edge to the next.
-    let at = |i: usize| if i == 0 { 0.0 } else { (i as f64 - 0.5) * sample_time_s };
-    let spans = found.spans.iter().map(|(from, to)| (at(*from), at(*to))).collect();
-    let level = found.level / drive_gain;
-    (level.is_finite() && level != 0.0).then_some((level, spans))
-}
-
-/// The term on top of a model.
-pub fn trial(model: &Model, level: f64, spans: Vec<(f64, f64)>, duration_s: f64) -> Option<Trial> {
-    let kind = Kind::named("injected_signal").ok()?;
-    let term = Term { kind, parameters: vec![level], onset_s: 0.0, spans };
-    term.check().ok()?;
-    Some(Trial { model: model.with_term(&term, false, duration_s), term, share: 0.0 })
-}
-
-/// Moves the edges of the last term's spans to where the prediction error is least.
-#[must_use]
-pub fn refine(fit: Fit, signals: &Signals) -> Fit {
-    let Some(count) = fit.model.nominal.physics.last().map(|term| term.spans.len()) else { return fit };
-    let mut best = fit;
-    for step in EDGE_STEPS {
-        let by_s = step * signals.sample_time_s;
-        for edge in 0..2 * count {
-            let way = |by_s: f64| Some((by_s, moved(&best, edge, by_s, signals)?));
-            let ways = [-by_s, by_s].into_par_iter().filter_map(way);
-            let better = ways.min_by(|a, b| a.1.variance.total_cmp(&b.1.variance));
-            let Some((by_s, better)) = better else { continue };
-            best = better;
-            while let Some(better) = moved(&best, edge, by_s, signals) {
-                best = better;
-            }
-        }
-    }
-    best
-}
-
-/// The fit with one edge moved, if that is better.
-fn moved(fit: &Fit, edge: usize, by_s: f64, signals: &Signals) -> Option<Fit> {
-    let mut model = fit.model.clone();
-    let spans = &mut model.nominal.physics.last_mut()?.spans;
-    let span = spans.get_mut(edge / 2)?;
-    let side = if edge.is_multiple_of(2) { &mut span.0 } else { &mut span.1 };
-    // An edge that the recording does not reach has nothing to be judged by.
-    if *side >= signals.duration_s() {
-        return None;
-    }
-    *side = (*side + by_s).max(0.0);
-    let apart = spans.windows(2).all(|pair| matches!(pair, [a, b] if a.1 < b.0));
-    if !apart || spans.iter().any(|(from, to)| to - from < 2.0 * signals.sample_time_s) {
-        return None;
-    }
-    let next = Fit::start(&model, signals, &fit.whitener)?;
-    (next.variance < fit.variance).then_some(next)
-}
-
-/// The term on top of a fit, if the missing drive over the whole recording as `seen_by` has it is at two levels, and if it gains as much
-/// as makes it a rival; `train` is the part of the recording that numbers are fitted to.
-pub fn candidate(
-    seen_by: &Fit,
-    base: &Fit,
-    train: &Signals,
-    whole: &Signals,
-    rival_gain: f64,
-) -> Option<Candidate> {
-    if base.model.nominal.physics.iter().any(|term| term.kind.name == "injected_signal") {
-        return None;
-    }
-    let (model, _) = seen_by.model.loop_at(&seen_by.model.x)?;
-    let error = seen_by.model.residual(&seen_by.model.x, whole)?;
-    let linear = model.plant.linear().ok()??;
-    let error = observer::undone(&model.plant, &error, whole.sample_time_s);
-    let mut missing = MissingDrive::of(&linear, &error, whole.sample_time_s)?;
-    // A constant load that lies under the search has taken the middle of the two levels to nothing.
-    let load = constant_load::laid_under(seen_by);
-    missing.value.iter_mut().for_each(|drive| *drive -= load);
-    let (level, spans) = spans(&missing.value, model.plant.drive_gain(), whole.sample_time_s)?;
-    // The same numbers by which it was seen, then free.
-    let trial = trial(&seen_by.model, level, spans, whole.duration_s())?;
-    let first = Fit::start(&trial.model, train, &base.whitener)?.search(train, Effort::LOOK);
-    if first.clone().renoised().log_likelihood - base.log_likelihood < rival_gain {
-        return None;
-    }
-    let edges = refine(Fit::start(&first.model, whole, &Whitener::of(&first.residual))?, whole);
-    let fit = Fit::start(&edges.model, train, &Whitener::none())?;
-    let fit = fit.search(train, Effort::FULL).settle(train, Effort::FULL);
-    Some(Candidate { kind: trial.term.kind, fit })
 }
 
 #[cfg(test)]

@@ -13,8 +13,8 @@ use crate::controller::Controller;
 use crate::physics::Term;
 use crate::simulate::{Start, replay};
 
-use super::signals::{Signals, centred};
-use super::whiten::Whitener;
+use crate::estimate::signals::{Signals, centred};
+use crate::estimate::whiten::Whitener;
 
 /// What a step must gain in log-likelihood: its size, its time among thousands, its kind.
 const LEAST_GAIN: f64 = 25.0;

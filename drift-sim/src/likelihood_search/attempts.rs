@@ -1,0 +1,192 @@
+//! What is tried in turn where a first search leaves doubt: its noise is no noise of the kind that is reckoned with, or what it found does not simulate what nothing has
+//! seen. What is fast in a machine and in none of the hypotheses is in the mean of several samples no more; what comes and goes is no term that begins once; and a motor
+//! that sticks and plays looks like neither to a search that takes one after the other. Of what stands then, that is kept which simulates best.
+
+use crate::controller::Controller;
+use crate::diagnose::prove::FitPct;
+use crate::diagnose::{Diagnosis, Verdict};
+use crate::estimate::first_look::coarseness;
+use crate::estimate::signals::Signals;
+use crate::physics::Term;
+use crate::plant::Plant;
+use crate::stage;
+
+use super::options::Options;
+use super::parts::Parts;
+use super::{Case, Tried, comes_and_goes};
+
+/// How many samples are taken as one.
+const COARSER: [usize; 6] = [3, 5, 7, 11, 15, 27];
+/// Samples that must be left of the first recording.
+const LEAST_COARSE: usize = 100;
+/// Part of what the first search leaves of u that another one may leave, to take its place where it stands.
+const CLOSER: f64 = 0.8;
+/// What it may leave of u at most, in per cent.
+const FOLLOWS_PCT: f64 = 50.0;
+
+/// What a search begins beside.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Beside {
+    /// The plant alone.
+    Nothing,
+    /// Loads and biases that come and go.
+    ComingAndGoing(Vec<Term>),
+    /// Friction in an unknown motor and play behind it.
+    StickingMotor,
+}
+
+/// A search of the recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attempt {
+    /// How many samples are taken as one.
+    pub factor: usize,
+    /// What it begins beside.
+    pub beside: Beside,
+}
+
+impl Attempt {
+    const FIRST: Self = Self { factor: 1, beside: Beside::Nothing };
+
+    /// Whether it is more than the first look at what was recorded.
+    pub fn is_further(&self) -> bool {
+        *self != Self::FIRST
+    }
+}
+
+/// The diagnosis that stands; else the first one, undecided.
+pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
+    let mut first = case.tried(&Attempt::FIRST)?;
+    if !first.stands && is_more_than_enough(case) {
+        // What a first look at fewer samples led to does not stand: all of them are searched.
+        let all = Options { enough_samples: usize::MAX, ..case.options.clone() };
+        first = Case { options: &all, ..*case }.tried(&Attempt::FIRST)?;
+    }
+    if case.options.guarantee.is_some() {
+        // Nothing is guaranteed of what was chosen by its simulation.
+        return Some(if first.stands { first.found } else { first.found.undecided() });
+    }
+    // Faults of the law and other numbers may be all that is wrong, or all that such a search can show.
+    if first.stands && (first.names || first.is_sure) {
+        return Some(first.replaced(case));
+    }
+    stage::begins("further searches", 0);
+    let undecided = (!first.stands).then(|| first.found.clone().undecided());
+    let further = coming_and_going(case).chain(sticking_motor(case)).chain(coarser(case));
+    likeliest(std::iter::once(first).chain(further)).or(undecided)
+}
+
+/// Further searches that may be no better than the best one before the rest is left.
+const NO_BETTER: usize = 2;
+
+/// Of what stands that which simulates best; what is named comes before faults of the law and other numbers, and these before what is only placed.
+fn likeliest(tried: impl Iterator<Item = Tried>) -> Option<Diagnosis> {
+    let rank = |tried: &Tried| match tried.found.verdict {
+        Verdict::MissingPhysics if tried.names => Some(0),
+        Verdict::MissingPhysics | Verdict::Parameters => Some(1),
+        Verdict::Located => Some(2),
+        // None that is doubted is healthy.
+        Verdict::NoMismatch | Verdict::Undecided => None,
+    };
+    let mut best: Option<(usize, f64, Diagnosis)> = None;
+    let mut no_better = 0;
+    for tried in tried {
+        let ranked = rank(&tried).filter(|_| tried.stands).map(|rank| (rank, error_pct(&tried.found)));
+        let is_better = |(rank, error): &(usize, f64)| {
+            best.as_ref().is_none_or(|(of, least, _)| rank.cmp(of).then(error.total_cmp(least)).is_lt())
+        };
+        match ranked.filter(is_better) {
+            Some((rank, error)) => (best, no_better) = (Some((rank, error, tried.found)), 0),
+            None => no_better += 1,
+        }
+        if no_better == NO_BETTER && matches!(best, Some((0, ..))) {
+            break;
+        }
+    }
+    best.map(|(.., found)| found)
+}
+
+/// What a simulation of what nothing has seen leaves, in per cent.
+fn error_pct(found: &Diagnosis) -> f64 {
+    found.unseen_fits().after.map_or(f64::INFINITY, FitPct::error)
+}
+
+impl Tried {
+    /// The diagnosis, or another one that simulates far better: what jumps more than once may be one signal that comes and goes, and what an unknown motor is named for, or
+    /// nothing at all, may be friction with play beside it.
+    fn replaced(self, case: &Case<'_>) -> Diagnosis {
+        let found = self.found;
+        let is_open = case.nominal.controller == Controller::Recorded;
+        let is_motor =
+            may_be_a_motor(case, &found) && (found.verdict != Verdict::MissingPhysics || found.is_worse());
+        let others: Vec<Tried> = match (is_open, found.jumps_again(), is_motor) {
+            (true, ..) => Vec::new(),
+            (_, true, _) => coming_and_going(case).collect(),
+            (_, _, true) => sticking_motor(case).collect(),
+            _ => Vec::new(),
+        };
+        // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
+        let least = if matches!(found.verdict, Verdict::Located | Verdict::Undecided) { 2 } else { 1 };
+        // What only its noise excuses yields to whatever simulates better.
+        let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
+        let most_pct = (CLOSER * error_pct(&found)).min(follows_pct);
+        let closer = likeliest(others.into_iter()).filter(|other| other.physics.len() >= least);
+        closer.filter(|other| error_pct(other) < most_pct).unwrap_or(found)
+    }
+}
+
+/// Whether an unknown plant may be a motor: two lags of which one is slow are a mass that friction slows, in all that a short recording shows.
+fn may_be_a_motor(case: &Case<'_>, found: &Diagnosis) -> bool {
+    case.nominal.plant == Plant::Identify
+        && match &found.nominal.plant {
+            Plant::Servo(_) => true,
+            Plant::TransferFunction(plant) => plant.den.len() > 2 || plant.den.last() == Some(&0.0),
+            plant => !plant.keeps_its_level(),
+        }
+}
+
+/// The searches in coarser samples.
+fn coarser<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
+    let is_left_enough = |factor: &usize| {
+        case.recordings.first().is_some_and(|signals| signals.len() / factor >= LEAST_COARSE)
+    };
+    let attempts =
+        COARSER.into_iter().filter(is_left_enough).map(|factor| Attempt { factor, ..Attempt::FIRST });
+    attempts.filter_map(|attempt| case.tried(&attempt))
+}
+
+/// The search for friction and play in an unknown motor, which only a known law's loop can prove.
+fn sticking_motor<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
+    let is_unknown = case.nominal.plant == Plant::Identify
+        && case.nominal.controller != Controller::Recorded
+        && case.healthy.is_empty();
+    let attempt = Attempt { beside: Beside::StickingMotor, ..Attempt::FIRST };
+    is_unknown.then_some(attempt).into_iter().filter_map(|attempt| case.tried(&attempt))
+}
+
+/// The searches beside what comes and goes, in the samples of the recording and in coarser ones. Its times are those of one recording.
+fn coming_and_going<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
+    // A plant from the very recording has taken up part of what comes and goes in it.
+    let is_open = case.nominal.plant == Plant::Identify && case.healthy.is_empty();
+    let terms = (!is_open).then(|| comes_and_goes::of(case)).flatten().unwrap_or_default();
+    let until_s = case.options.seen_of_recording * case.recordings.first().map_or(0.0, Signals::duration_s);
+    // What acts only where nothing is fitted has no size there: it is that of the whole recording, of which nothing is left to prove it.
+    let seen = if comes_and_goes::are_beyond(&terms, until_s) { 1.0 } else { case.options.seen_of_recording };
+    let options = Options { seen_of_recording: seen, ..case.options.clone() };
+    let factors = std::iter::once(1).chain(COARSER);
+    let is_left_enough = |factor: &usize| {
+        case.recordings.first().is_some_and(|signals| signals.len() / factor >= LEAST_COARSE)
+    };
+    let factors = factors.filter(is_left_enough).take(if terms.is_empty() { 0 } else { usize::MAX });
+    factors.filter_map(move |factor| {
+        let attempt = Attempt { factor, beside: Beside::ComingAndGoing(terms.clone()) };
+        Case { options: &options, ..*case }.tried(&attempt)
+    })
+}
+
+/// Whether a search looks at fewer samples of these recordings first.
+fn is_more_than_enough(case: &Case<'_>) -> bool {
+    let parts = Parts::new(case.recordings, case.holdout, case.options);
+    let fitted = parts.map(|parts| parts.fitted).unwrap_or_default();
+    let all: Vec<usize> = fitted.into_iter().chain(case.healthy.iter().map(Signals::len)).collect();
+    coarseness(&all, case.options.enough_samples) > 1
+}

@@ -112,12 +112,6 @@ impl<T: Send> Items<T> {
     pub(crate) fn zip<U>(self, others: impl IntoIterator<Item = U>) -> Items<(T, U)> {
         Items(self.0.into_iter().zip(others).collect())
     }
-
-    /// The items, then others.
-    pub(crate) fn chain(mut self, others: impl IntoIterator<Item = T>) -> Self {
-        self.0.extend(others);
-        self
-    }
 }
 
 #[cfg(test)]

@@ -11,8 +11,8 @@ use crate::simulate::Trace;
 
 use super::page::{Case, named};
 use super::shown::Shown;
-use super::signals::Signals;
 use super::{Diagnosis, prove};
+use crate::estimate::signals::Signals;
 
 /// The section; none without a healthy recording.
 pub(super) fn section(found: &Diagnosis, case: &Case<'_>) -> Option<Section> {

@@ -2,8 +2,7 @@
 //! too high do that. Of such a loop a simulation from the beginning tells little: a period that is wrong by a hundredth is out of phase after
 //! fifty. What it does over one period tells.
 
-use super::missing_drive::noise_floor;
-use super::signals::{Signals, deviation};
+use crate::estimate::signals::{Signals, deviation, noise_variance};
 
 /// The least swing, as a part of y's deviation over the recording.
 const LEAST_SWING: f64 = 0.3;
@@ -24,7 +23,7 @@ pub fn period(signals: &Signals) -> Option<usize> {
     let swing = signals.y.get(from + (to - from) / 5..to)?;
     let (early, late) = swing.split_at(swing.len() / 2);
     let (size, ratio) = (deviation(swing), deviation(early) / deviation(late).max(1e-300));
-    let noise = libm::sqrt(noise_floor(swing));
+    let noise = libm::sqrt(noise_variance(swing));
     let lasts = ratio < STEADY && ratio > 1.0 / STEADY;
     if !(swing.iter().all(|y| y.is_finite()) && size > LEAST_SWING * all && size > OF_NOISE * noise && lasts)
     {

@@ -5,7 +5,7 @@ use crate::plot::{Colour, Layer, Marker, Panel};
 use crate::sentences::Clock;
 
 use super::missing_drive::MissingDrive;
-use super::signals::{Signals, deviation};
+use crate::estimate::signals::{Signals, deviation};
 
 /// Bins of a curve against speed or position.
 const BINS: usize = 40;

@@ -10,11 +10,9 @@ use crate::plant::Plant;
 use crate::sentences::Clock;
 
 use super::Diagnosis;
-use super::features;
-use super::fit::{Fit, mean_square};
 use super::missing_drive::MissingDrive;
-use super::signals::Signals;
-use super::whiten::independent_share;
+use super::motion;
+use crate::estimate::signals::{Signals, mean_square};
 
 /// Stretches that the recording is cut into to find spans.
 const STRETCHES: usize = 64;
@@ -59,14 +57,6 @@ pub struct Dependence {
     pub share: f64,
     /// The same in standard errors over blocks.
     pub errors: f64,
-}
-
-/// The spans in which `refit` leaves more than `improved`; times are those of the recording.
-pub fn spans(refit: &Fit, improved: &Fit, signals: &Signals) -> Vec<MismatchSpan> {
-    let white = improved.white();
-    let share = independent_share(&white);
-    let before = improved.whitener.apply(&refit.residual);
-    stretches(&before, &white, share, signals)
 }
 
 /// The spans in which innovations `before` are larger than `white` ones, of which this share counts as independent.
@@ -248,7 +238,7 @@ fn variance(x: &[f64]) -> f64 {
 }
 
 fn features_of(model: &Loop, signals: &Signals) -> Vec<Feature> {
-    let (position, speed) = features::motion(model, signals);
+    let (position, speed) = motion::motion(model, signals);
     let servo = matches!(model.plant, Plant::Servo(_));
     let middle = signals.u.iter().sum::<f64>() / signals.len().max(1) as f64;
     let amplitude: Vec<f64> = signals.u.iter().map(|u| (u - middle).abs()).collect();

@@ -20,11 +20,6 @@ pub struct Named {
 }
 
 impl Named {
-    /// A term that was found outside the search.
-    pub(super) fn alone(term: Term, half_widths: Vec<f64>, train_gain: f64, holdout_errors: f64) -> Self {
-        Self { first: None, half_widths, tied: Vec::new(), train_gain, holdout_errors, term }
-    }
-
     /// The numbers with which it was named, where those named after it have moved one of them out of its interval.
     pub fn moved_from(&self) -> Option<&Term> {
         let first = self.first.as_ref()?;

@@ -5,8 +5,8 @@ use crate::controller::Controller;
 use crate::simulate::{Simulation, Start, Trace, simulate};
 
 use super::part_time;
-use super::signals::{Signals, deviation};
-use super::{cycle, holdout, observer};
+use super::{cycle, free_run, observer};
+use crate::estimate::signals::{Signals, deviation};
 
 /// How well a simulation fits, `100 (1 - |x - xhat|/|x - mean x|)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ const BLOCKS: usize = 16;
 /// `None` where it diverges.
 pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
     if model.controller == Controller::Recorded {
-        let y = holdout::free_run(model, signals)?;
+        let y = free_run::free_run(model, signals)?;
         return Some(Trace { true_y: y.clone(), y, u: signals.u.clone() });
     }
     let model = &part_time::of(model.clone(), signals.origin_s);

@@ -8,7 +8,7 @@ use crate::diagnosed::Read;
 use crate::plot::{Colour, Layer};
 use crate::sentences::{Clock, plain};
 
-use super::signals::Signals;
+use crate::estimate::signals::Signals;
 
 /// A recording, and what it is called.
 #[derive(Debug, Clone)]

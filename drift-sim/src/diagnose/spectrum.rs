@@ -35,16 +35,6 @@ fn share(size: &[f64], is_meant: impl Fn(usize) -> bool) -> Option<f64> {
     (whole > 0.0).then(|| meant / whole)
 }
 
-/// The strongest frequency (cycles over the whole signal) and the share of the signal's power within four cycles of it: a share
-/// near one is a sine.
-pub fn dominant(signal: &[f64]) -> Option<(f64, f64)> {
-    let size = windowed(signal);
-    let per_cycle = 2.0 * size.len() as f64 / signal.len() as f64;
-    let (at, _) = size.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let width = (4.0 * per_cycle) as usize;
-    Some((at as f64 / per_cycle, share(&size, |i| i.abs_diff(at) <= width)?))
-}
-
 /// Cycles over the whole signal within which a sine has its power under the window.
 const OF_A_SINE: f64 = 2.5;
 
@@ -81,52 +71,9 @@ pub fn peaks(signal: &[f64], most: usize) -> Vec<(f64, f64)> {
     kept
 }
 
-/// Periods over position of a signal and their amplitudes, strongest first: the signal is averaged over a fine grid of
-/// positions first, so that time at rest does not count more than passing.
-pub fn periods(position: &[f64], signal: &[f64], most: usize) -> Vec<(f64, f64)> {
-    const CELLS: usize = 2048;
-    let lowest = position.iter().copied().fold(f64::INFINITY, f64::min);
-    let highest = position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let width = (highest - lowest) / CELLS as f64;
-    if !(width > 0.0 && width.is_finite()) {
-        return Vec::new();
-    }
-    let mut sums = vec![(0.0, 0u32); CELLS];
-    for (x, s) in position.iter().zip(signal) {
-        let cell = (((x - lowest) / width) as usize).min(CELLS - 1);
-        if let Some((sum, count)) = sums.get_mut(cell) {
-            *sum += s;
-            *count += 1;
-        }
-    }
-    let mut last = 0.0;
-    let means: Vec<f64> = sums
-        .iter()
-        .map(|(sum, count)| {
-            if *count > 0 {
-                last = sum / f64::from(*count);
-            }
-            last
-        })
-        .collect();
-    peaks(&means, most).into_iter().map(|(f, a)| (width / f, a)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_sine_has_its_power_in_one_frequency_and_a_rectangle_has_not() {
-        let sine: Vec<f64> =
-            (0..1000).map(|i| libm::sin(std::f64::consts::TAU * f64::from(i) / 50.0)).collect();
-        let (cycles, share) = dominant(&sine).unwrap();
-        assert!((cycles - 20.0).abs() < 0.5 && share > 0.99, "{cycles} {share}");
-        // The first harmonic of a rectangle carries 8/pi^2 of its power.
-        let rectangle: Vec<f64> = sine.iter().map(|x| x.signum()).collect();
-        let (_, share) = dominant(&rectangle).unwrap();
-        assert!((share - 0.81).abs() < 0.02, "{share}");
-    }
 
     #[test]
     fn each_of_two_sines_has_its_own_share() {
@@ -145,13 +92,5 @@ mod tests {
         let (f, a) = peaks(&signal, 1)[0];
         assert!((f * std::f64::consts::TAU - 0.1234).abs() < 2e-4);
         assert!((a - 3.0).abs() < 0.2, "{a}");
-    }
-
-    #[test]
-    fn a_pitch_is_found_although_the_motion_goes_back_and_forth() {
-        let position: Vec<f64> = (0..20_000).map(|i| 0.1 * libm::sin(0.003 * i as f64)).collect();
-        let force: Vec<f64> = position.iter().map(|x| libm::cos(std::f64::consts::TAU * x / 0.013)).collect();
-        let (pitch, _) = periods(&position, &force, 1)[0];
-        assert!((pitch / 0.013 - 1.0).abs() < 0.02, "{pitch}");
     }
 }

@@ -67,7 +67,7 @@ fn by_steps(base: &Fit, data: &Data) -> Option<Vec<Term>> {
     let model = base.hypothesis.realise(&base.point)?.model;
     let model = Loop { sample_time_s: signals.sample_time_s, ..model };
     let steps = spans::steps(&model, &signals)?;
-    let terms: Vec<Term> = spans::terms(&steps, &signals).into_iter().map(|acting| acting.term).collect();
+    let terms = spans::terms(&steps, &signals);
     (!terms.is_empty()).then_some(terms)
 }
 

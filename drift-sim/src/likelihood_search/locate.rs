@@ -3,7 +3,7 @@
 
 use crate::diagnose::locate::{MismatchSpan, stretches};
 use crate::estimate::fit::Fit;
-use crate::estimate::signals::Signals;
+use crate::estimate::signals::{Signals, mean_square};
 
 use super::decide::independent_share;
 
@@ -38,8 +38,4 @@ fn shown(refit: &Fit, improved: &Fit, signals: &Signals) -> Vec<MismatchSpan> {
     let scale = libm::sqrt(level / own) * factor.max(1.0);
     let before: Vec<f64> = of(refit).iter().map(|z| z * scale).collect();
     stretches(&before, &white, share, signals)
-}
-
-fn mean_square(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64
 }

@@ -2,10 +2,10 @@
 
 use crate::cores::AcrossCores as _;
 
-use crate::diagnose::signals::Signals;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::{Cache, Data, runs};
+use crate::estimate::signals::Signals;
 
 use super::decide::independent_share;
 use super::equal_onsets;

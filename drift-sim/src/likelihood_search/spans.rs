@@ -47,19 +47,6 @@ pub struct Step {
     pub at: usize,
     /// By how much, in the unit of u or of y.
     pub size: f64,
-    /// Standard error of the size.
-    pub error: f64,
-}
-
-/// A term with what speaks for it.
-#[derive(Debug, Clone)]
-pub struct Acting {
-    /// `injected_signal` or `sensor_bias` with its spans; a step that never goes back lasts to the end.
-    pub term: Term,
-    /// Gain in log-likelihood.
-    pub gain: f64,
-    /// The weakest span, as the others of its kind predict its size, in standard errors; with no other, the span's own.
-    pub errors: f64,
 }
 
 /// The steps that the free prediction error of a loop shows, in the order of time; `None` where there are so many that they are none.
@@ -152,7 +139,6 @@ struct State {
     rest: DVector<f64>,
     variance: f64,
     sizes: Vec<f64>,
-    errors: Vec<f64>,
 }
 
 impl State {
@@ -172,21 +158,15 @@ impl State {
             let lengths: Vec<f64> = white.iter().map(|c| c.norm().max(1e-300)).collect();
             let along = basis.tr_mul(&error);
             let solved = qr.r().solve_upper_triangular(&along)?;
-            let inverse = qr.r().try_inverse()?;
             let rest = &error - &basis * &along;
             let variance = (rest.norm_squared() / rest.len() as f64).max(1e-300);
             let sizes: Vec<f64> = solved.iter().zip(&lengths).map(|(x, length)| x / length).collect();
-            let errors = (nuisances..columns.len()).map(|i| {
-                let spread = libm::sqrt(variance) * inverse.row(i).norm();
-                spread / lengths.get(i).copied().unwrap_or(1.0)
-            });
-            let errors = errors.collect();
             let mut coloured = shapes.error.clone();
             for (column, size) in columns.iter().zip(&sizes) {
                 coloured.iter_mut().zip(column).for_each(|(e, c)| *e -= size * c);
             }
             let sizes = sizes.get(nuisances..)?.to_vec();
-            state = Some(Self { whitener, basis, rest, variance, sizes, errors });
+            state = Some(Self { whitener, basis, rest, variance, sizes });
             whitener = Whitener::least_squares(&coloured, NOISE_ORDER);
         }
         state
@@ -243,8 +223,8 @@ impl State {
     }
 
     fn sizes(&self, found: &[(Of, usize)]) -> Vec<Step> {
-        let sized = found.iter().zip(self.sizes.iter().zip(&self.errors));
-        sized.map(|((of, at), (size, error))| Step { of: *of, at: *at, size: *size, error: *error }).collect()
+        let sized = found.iter().zip(&self.sizes);
+        sized.map(|((of, at), size)| Step { of: *of, at: *at, size: *size }).collect()
     }
 }
 
@@ -260,14 +240,14 @@ struct Span {
     from: usize,
     to: usize,
     size: f64,
-    error: f64,
 }
 
-/// The terms that steps make: each step is closed by the next of its kind that takes it back; spans of one size are one term.
-pub fn terms(steps: &[Step], signals: &Signals) -> Vec<Acting> {
+/// The terms that steps make, `injected_signal` or `sensor_bias` with their spans: each step is closed by the next of its kind that takes it back, one that never goes back lasts to
+/// the end; spans of one size are one term.
+pub fn terms(steps: &[Step], signals: &Signals) -> Vec<Term> {
     [Of::Bias, Of::Load]
         .into_iter()
-        .flat_map(|of| terms_of(of, &paired(of, steps, signals.len()), signals))
+        .flat_map(|of| terms_of(of, &paired(of, steps, signals.len()), signals.sample_time_s))
         .collect()
 }
 
@@ -278,19 +258,14 @@ fn paired(of: Of, steps: &[Step], end: usize) -> Vec<Span> {
         let open = left.remove(0);
         let back = left.iter().position(|step| (step.size + open.size).abs() < SAME_SIZE * open.size.abs());
         spans.push(match back.map(|at| left.remove(at)) {
-            Some(close) => Span {
-                from: open.at,
-                to: close.at,
-                size: 0.5 * (open.size - close.size),
-                error: 0.5 * libm::sqrt(open.error * open.error + close.error * close.error),
-            },
-            None => Span { from: open.at, to: end + 1, size: open.size, error: open.error },
+            Some(close) => Span { from: open.at, to: close.at, size: 0.5 * (open.size - close.size) },
+            None => Span { from: open.at, to: end + 1, size: open.size },
         });
     }
     spans
 }
 
-fn terms_of(of: Of, spans: &[Span], signals: &Signals) -> Vec<Acting> {
+fn terms_of(of: Of, spans: &[Span], sample_time_s: f64) -> Vec<Term> {
     let mut groups: Vec<Vec<Span>> = Vec::new();
     for span in spans {
         let same = |group: &&mut Vec<Span>| {
@@ -301,30 +276,18 @@ fn terms_of(of: Of, spans: &[Span], signals: &Signals) -> Vec<Acting> {
             None => groups.push(vec![*span]),
         }
     }
-    groups.iter().filter_map(|group| acting(of, group, spans, signals)).collect()
+    groups.iter().filter_map(|group| acting(of, group, sample_time_s)).collect()
 }
 
-fn acting(of: Of, group: &[Span], all: &[Span], signals: &Signals) -> Option<Acting> {
-    let at = |sample: usize| (sample as f64 - 0.5) * signals.sample_time_s;
+fn acting(of: Of, group: &[Span], sample_time_s: f64) -> Option<Term> {
+    let at = |sample: usize| (sample as f64 - 0.5) * sample_time_s;
     let (name, unit) = match of {
         Of::Load => ("injected_signal", "level"),
         Of::Bias => ("sensor_bias", "bias"),
     };
     let size = group.iter().map(|span| span.size).sum::<f64>() / group.len() as f64;
     let spans: Vec<(f64, f64)> = group.iter().map(|span| (at(span.from), at(span.to))).collect();
-    let term = Term::new(name, &[(unit, size)]).ok()?.within(&spans);
-    let z = |span: &Span| {
-        let others = all.iter().filter(|other| other.from != span.from).map(|other| other.size.abs());
-        let count = all.len().saturating_sub(1);
-        let miss = if count == 0 { 0.0 } else { others.sum::<f64>() / count as f64 - span.size.abs() };
-        let explained = (span.size * span.size - miss * miss) / (span.error * span.error);
-        explained.signum() * libm::sqrt(explained.abs())
-    };
-    Some(Acting {
-        term,
-        gain: group.iter().map(|span| 0.5 * span.size * span.size / (span.error * span.error)).sum(),
-        errors: group.iter().map(z).fold(f64::INFINITY, f64::min),
-    })
+    Some(Term::new(name, &[(unit, size)]).ok()?.within(&spans))
 }
 
 #[cfg(test)]
@@ -384,9 +347,9 @@ mod tests {
         let found = terms(&steps(&heater(), &signals).unwrap(), &signals);
         assert_eq!(found.len(), 2, "{found:?}");
         for (found, truth) in found.iter().zip([&bias, &load]) {
-            assert_eq!(found.term.kind, truth.kind);
-            assert!((found.term.parameters[0] / truth.parameters[0] - 1.0).abs() < 0.1, "{found:?}");
-            for (span, truth) in found.term.spans.iter().zip(&truth.spans) {
+            assert_eq!(found.kind, truth.kind);
+            assert!((found.parameters[0] / truth.parameters[0] - 1.0).abs() < 0.1, "{found:?}");
+            for (span, truth) in found.spans.iter().zip(&truth.spans) {
                 assert!((span.0 - truth.0).abs() < 15.0 && (span.1 - truth.1).abs() < 15.0, "{found:?}");
             }
         }

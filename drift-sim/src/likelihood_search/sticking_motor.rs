@@ -9,7 +9,7 @@ use crate::control_loop::Loop;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
-use crate::estimate::signals::{Signals, held, range};
+use crate::estimate::signals::{Signals, held, noise_variance, range};
 use crate::init::least_squares::LeastSquares;
 use crate::physics::Term;
 use crate::plant::{Output, Plant, Servo};
@@ -216,12 +216,6 @@ fn directions(y: &[f64]) -> Vec<f64> {
     let fastest = rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));
     let least = (MOVES * fastest).max(OF_NOISE * libm::sqrt(2.0 * noise_variance(&y)));
     rates.into_iter().map(|rate| if rate.abs() > least { rate.signum() } else { 0.0 }).collect()
-}
-
-/// The sensor's noise, from second differences: what changes from sample to sample faster than a motor can.
-fn noise_variance(y: &[f64]) -> f64 {
-    let squares = y.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).map(|second| second * second);
-    squares.sum::<f64>() / (6.0 * y.len().max(1) as f64)
 }
 
 /// The directions with each rest between opposite ones taken for a way through the gap, in the new direction.

@@ -3,8 +3,7 @@
 //! from -1 (u has last come up) to 1 (u has last come down), 0 in the middle.
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
-    grid, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -18,10 +17,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Backlash { half: 0.5 * p[0], at_start: 0.5 * p[0] * p[1], position: None }),
-    starts: |s| {
-        let widths = Signature::or_fractions(s.hysteresis, s.u_scale);
-        widths.into_iter().map(|width| vec![width, 0.0]).collect()
-    },
     search: Starts::Grid(|s| {
         grid([0.0025, 0.005, 0.01, 0.02, 0.05, 0.1, 0.18, 0.3, 0.5], |part| vec![part * s.u_range, 0.0])
     }),

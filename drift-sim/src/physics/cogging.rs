@@ -2,8 +2,8 @@
 //! `amplitude*sin(2 pi x/period + phase)` against the drive. Where y is a speed, x is its integral from the start.
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Motion, Over, Parameter, Place, Range, Signature, Starts, any_values,
-    is_servo, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Over, Parameter, Place, Range, Starts, any_values, is_servo,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -20,7 +20,6 @@ pub(super) static KIND: Kind = Kind {
     effect: |p, _| {
         Box::new(Cogging { amplitude: p[0], wave_number: std::f64::consts::TAU / p[1], phase: p[2] })
     },
-    starts,
     search: Starts::Wave(Over::Position),
     family: Some(Family::Wave),
     excitation: "Slow motion over several periods.",
@@ -54,11 +53,4 @@ impl Effect for Cogging {
     fn copy(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
     }
-}
-
-fn starts(s: &Signature) -> Vec<Vec<f64>> {
-    let amplitude = if s.peak_amplitude > 0.0 { s.peak_amplitude } else { 0.3 * s.drive_scale };
-    let period = if s.pitch > 0.0 { s.pitch } else { 0.5 * s.y_scale.max(1e-300) };
-    // Four phases: from at least one of them the nearest optimum is downhill.
-    (0..4).map(|quarter| vec![amplitude, period, std::f64::consts::FRAC_PI_2 * f64::from(quarter)]).collect()
 }

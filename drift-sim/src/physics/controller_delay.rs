@@ -3,10 +3,7 @@
 
 use std::collections::VecDeque;
 
-use super::signature::singles;
-use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, shown,
-};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "controller_delay",
@@ -16,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(ControllerDelay::new(p[0] / context.sample_time_s)),
-    starts: |s| singles(Signature::or_fractions(s.late_s, 2.0 * s.sample_time_s)),
     search: Starts::Apart,
     family: None,
     excitation: "Sharp edges in r.",

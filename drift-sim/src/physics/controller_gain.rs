@@ -1,10 +1,8 @@
 //! A controller whose gains are not the stated ones: all of them (kp, ki, kd; for the cascade its overall gain) times
 //! `ratio`. The integrator stays where it is at the onset.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
-    shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Starts, any_values, every_plant, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(ControllerGain { ratio: p[0] }),
-    starts: |s| singles(Signature::or_ratios(s.gain_ratio, &[0.7, 1.4])),
     search: Starts::Apart,
     family: None,
     excitation: "An error that is not zero.",

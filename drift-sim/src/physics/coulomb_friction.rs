@@ -1,10 +1,8 @@
 //! Coulomb friction: dry friction that does not depend on speed. Force `level*sign(v)` against the motion; at rest
 //! it holds against anything up to `level`.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, grid,
-    is_servo, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, grid, is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -17,7 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(CoulombFriction { level: p[0] }),
-    starts: |s| singles(Signature::or_fractions(s.jump, s.drive_scale)),
     search: Starts::Grid(|s| grid([0.01, 0.03, 0.1, 0.3, 0.6, 1.0], |part| vec![part * s.drive])),
     family: Some(Family::Friction),
     excitation: "Motion in both directions, or stops.",

@@ -1,9 +1,7 @@
 //! A dead zone: nothing reaches the plant while `|u| <= half_width`; outside, u less the half width.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, grid,
-    shown,
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -14,7 +12,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(DeadZone { half_width: p[0] }),
-    starts: |s| singles(Signature::or_fractions(s.dead_band, s.u_scale)),
     search: Starts::Grid(|s| grid([0.01, 0.02, 0.04, 0.07, 0.12, 0.2], |part| vec![part * s.u_range])),
     family: None,
     excitation: "u that passes through zero.",

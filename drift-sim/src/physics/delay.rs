@@ -1,10 +1,9 @@
 //! Dead time on top of the model's own; it need not be a multiple of the sample time. Simulated between actuator and
 //! plant; in a linear loop it could as well be in the sensor.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, any_values,
-    every_plant, grid, shown,
+    Begins, Effect, Family, Hook, Kind, Numbers, Parameter, Place, Range, Starts, any_values, every_plant,
+    grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +14,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Delay { delay_s: p[0] }),
-    starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
     search: Starts::Grid(|s| {
         grid([1.0, 2.0, 3.0, 4.5, 6.0, 10.0, 20.0], |samples| vec![samples * s.sample_time_s])
     }),

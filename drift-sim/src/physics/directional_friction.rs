@@ -3,8 +3,8 @@
 //! change nothing).
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, any_values, grid,
-    is_servo, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Starts, any_values, grid, is_servo,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -20,7 +20,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(DirectionalFriction { coulomb: [p[0], p[1]], viscous: [p[2], p[3]] }),
-    starts,
     search: Starts::Grid(|s| {
         grid([(0.3, 0.3), (0.1, 0.5), (0.5, 0.1)], |(pos, neg)| vec![pos * s.drive, neg * s.drive, 0.0, 0.0])
     }),
@@ -62,9 +61,4 @@ impl Effect for DirectionalFriction {
     fn copy(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
     }
-}
-
-fn starts(s: &Signature) -> Vec<Vec<f64>> {
-    let level = |own: f64| if own > 0.0 { own } else { Signature::or_fractions(s.jump, s.drive_scale)[0] };
-    vec![vec![level(s.jump_forward), level(s.jump_backward), s.slope_forward, s.slope_backward]]
 }

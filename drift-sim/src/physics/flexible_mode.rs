@@ -18,14 +18,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(FlexibleMode::new(p[0], p[1], context.substep_s)),
-    starts: |s| {
-        let hz = if s.peak_hz > 0.0 {
-            vec![s.peak_hz]
-        } else {
-            [0.02, 0.1].map(|part| part / s.sample_time_s).to_vec()
-        };
-        hz.into_iter().map(|hz| vec![hz, 0.05]).collect()
-    },
     search: Starts::Grid(|s| {
         grid([0.01, 0.025, 0.06, 0.15, 0.35], |part| vec![part / s.sample_time_s, 0.05])
     }),

@@ -1,6 +1,5 @@
 //! A weaker actuator: what reaches the plant is `(1 - loss)*u`. Negative loss: a stronger one.
 
-use super::signature::singles;
 use super::{
     Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant,
     shown,
@@ -14,14 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(GainLoss { gain: 1.0 - p[0] }),
-    starts: |s| {
-        let measured = 1.0 - s.gain_ratio;
-        singles(if s.gain_ratio > 0.0 && measured.abs() <= 1.0 {
-            vec![measured]
-        } else {
-            vec![0.2, 0.5, -0.3]
-        })
-    },
     search: Starts::Onset(Weight::Drive),
     family: Some(Family::Offset),
     excitation: "Any motion or load that costs effort.",

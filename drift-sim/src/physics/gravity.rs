@@ -16,11 +16,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(Gravity { amplitude: p[0], phase: p[1] }),
-    starts: |s| {
-        (0..4)
-            .map(|quarter| vec![0.5 * s.drive_scale, std::f64::consts::FRAC_PI_2 * f64::from(quarter)])
-            .collect()
-    },
     search: Starts::Grid(|s| {
         let points = [0.2, 0.6].into_iter().flat_map(|part| (0..4).map(move |quarter| (part, quarter)));
         grid(points, |(part, quarter)| vec![part * s.drive, std::f64::consts::FRAC_PI_2 * f64::from(quarter)])

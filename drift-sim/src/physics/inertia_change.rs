@@ -1,10 +1,8 @@
 //! More or less mass than the model's (a payload picked up or dropped): the plant's own `inertia` times `ratio`. The
 //! speed stays continuous at the onset.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, Weight, any_values,
-    is_servo, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Starts, Weight, any_values, is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -17,14 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(InertiaChange { ratio: p[0] }),
-    starts: |s| {
-        singles(
-            Signature::or_ratios(s.inertia_ratio.clamp(0.0, 1e3), &[0.6, 1.5])
-                .into_iter()
-                .map(|r| r.max(1e-3))
-                .collect(),
-        )
-    },
     search: Starts::Onset(Weight::Acceleration),
     family: None,
     excitation: "Acceleration.",

@@ -1,9 +1,6 @@
 //! A signal added after u, found by when it acts: `level` within each of the term's spans.
 
-use super::signature::singles;
-use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, shown,
-};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "injected_signal",
@@ -13,7 +10,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(InjectedSignal { level: p[0], spans: context.spans.to_vec() }),
-    starts: |s| singles(Signature::or_both_signs(s.drive_shift, s.u_scale)),
     search: Starts::Apart,
     family: None,
     excitation: "Spans with the signal and spans without it.",

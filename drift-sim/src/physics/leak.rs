@@ -1,9 +1,7 @@
 //! A loss that grows with y: `-coefficient*y` on the drive (a leak, heat through a wall, back pressure).
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, Weight,
-    any_values, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Starts, Weight, any_values, shown,
 };
 use crate::plant::Plant;
 
@@ -17,7 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: |plant| !matches!(plant, Plant::Servo(_)),
     consistent: any_values,
     effect: |p, _| Box::new(Leak { coefficient: p[0] }),
-    starts: |s| singles(Signature::or_fractions(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
     search: Starts::Onset(Weight::Output),
     family: Some(Family::Offset),
     excitation: "Holding at two or more levels.",

@@ -3,7 +3,6 @@
 //! outside forces (load, gravity, springs), that is, the force through the middle of the train; at rest under a
 //! load it is the load.
 
-use super::signature::singles;
 use super::{
     Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, grid, is_servo, shown,
 };
@@ -16,13 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(LoadDependentFriction { coefficient: p[0] }),
-    starts: |s| {
-        singles(if s.jump > 0.0 {
-            vec![(s.jump / s.drive_scale.max(1e-300)).min(2.0)]
-        } else {
-            vec![0.1, 0.3]
-        })
-    },
     search: Starts::Grid(|_| grid([0.01, 0.03, 0.1, 0.3, 0.6], |part| vec![part])),
     family: Some(Family::Friction),
     excitation: "Motion under different loads.",

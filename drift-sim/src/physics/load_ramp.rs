@@ -1,9 +1,8 @@
 //! A load that grows: `rate_per_s*(t - onset)` is subtracted from the plant's drive.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
-    every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -16,7 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(LoadRamp { rate_per_s: p[0], onset_s: context.onset_s }),
-    starts: |s| singles(Signature::or_both_signs(-s.drive_rate, s.drive_scale / s.duration_s.max(1e-300))),
     search: Starts::Ramp(Weight::Load),
     family: Some(Family::Ramp),
     excitation: "A recording that is long against the ramp.",

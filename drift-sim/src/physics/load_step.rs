@@ -1,9 +1,8 @@
 //! A constant load from the onset on, subtracted from the plant's drive.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
-    every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -14,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(LoadStep { level: p[0] }),
-    starts: |s| singles(Signature::or_both_signs(-s.drive_shift, s.drive_scale)),
     search: Starts::Onset(Weight::Load),
     family: Some(Family::Offset),
     excitation: "The onset within the recording, or a load that a nominal model should not need.",

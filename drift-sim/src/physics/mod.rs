@@ -1,7 +1,7 @@
 //! The library of physics: what a loop model may have left out, one term a file.
 //!
 //! A [`Kind`] says everything about one piece of physics: its name, place, parameters with units and ranges,
-//! what it does to a simulation, how to guess starting values from a [`Signature`], which excitation shows it, which
+//! what it does to a simulation, which excitation shows it, which
 //! other kinds it can't be told from, and one plain sentence. A [`Term`] is a kind with numbers: a fault that the
 //! simulator injects, a candidate that a diagnosis tries, a line of an improved model.
 //!
@@ -10,7 +10,6 @@
 mod effect;
 mod parameter;
 mod scales;
-mod signature;
 mod starts;
 mod units;
 
@@ -52,7 +51,6 @@ mod viscous_friction;
 pub use effect::{Context, Effect, Hook, Motion, Numbers};
 pub use parameter::{Parameter, Range, Searched};
 pub use scales::Scales;
-pub use signature::Signature;
 pub use starts::{Over, Start, Starts, Weight, grid};
 pub use stiction::stem;
 pub use units::{UnitNames, Units, digits, shown, significant, with_unit};
@@ -177,8 +175,6 @@ pub struct Kind {
     pub consistent: fn(&[f64]) -> std::result::Result<(), &'static str>,
     /// What it does to the simulation.
     pub effect: fn(&[f64], &Context) -> Box<dyn Effect>,
-    /// Starting values for a fit, from what a recording shows; at least one set, each inside the ranges.
-    pub starts: fn(&Signature) -> Vec<Vec<f64>>,
     /// Where a search of the likelihood begins.
     pub search: Starts,
     /// Which kinds it often can't be told from; see [`Kind::family_on`].

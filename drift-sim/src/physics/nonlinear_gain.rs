@@ -1,7 +1,6 @@
 //! A drive that acts through a power of u, `sign(u)*|u|^exponent` (valve curves, fans, duty to torque); around |u| = 1
 //! in the unit of u nothing changes.
 
-use super::signature::singles;
 use super::{
     Begins, Effect, Hook, Kind, Parameter, Place, Range, Start, Starts, any_values, every_plant, shown,
 };
@@ -16,7 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(NonlinearGain { exponent: p[0] }),
-    starts: |_| singles(vec![0.7, 1.4]),
     search: Starts::Grid(|s| {
         // The gain beside it so that the drive keeps its size.
         let start = |p: f64| Start { gain: (1.0 - p) * libm::log(s.u_size), ..Start::of(vec![p]) };

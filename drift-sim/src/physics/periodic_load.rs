@@ -18,11 +18,6 @@ pub(super) static KIND: Kind = Kind {
     effect: |p, _| {
         Box::new(PeriodicLoad { amplitude: p[0], rate: std::f64::consts::TAU * p[1], phase: p[2] })
     },
-    starts: |s| {
-        let hz = if s.peak_hz > 0.0 { s.peak_hz } else { 5.0 / s.duration_s.max(1e-300) };
-        let amplitude = if s.peak_amplitude > 0.0 { s.peak_amplitude } else { 0.3 * s.drive_scale };
-        vec![vec![amplitude, hz, 0.0], vec![-amplitude, hz, 0.0]]
-    },
     search: Starts::Wave(Over::Time),
     family: Some(Family::Wave),
     excitation: "Several periods.",

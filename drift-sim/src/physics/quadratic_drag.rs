@@ -1,6 +1,5 @@
 //! Drag that grows with the square of the speed (fans, ships, fast vehicles): `coefficient*v*|v|` against the motion.
 
-use super::signature::singles;
 use super::{
     Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Starts, any_values, grid, is_servo, shown,
 };
@@ -15,10 +14,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(QuadraticDrag { coefficient: p[0] }),
-    starts: |s| {
-        let square = (s.speed_scale * s.speed_scale).max(1e-300);
-        singles([0.1, 0.5].map(|part| part * s.drive_scale / square).to_vec())
-    },
     search: Starts::Grid(|s| grid([0.1, 0.5], |part| vec![part * s.drive / (s.speed * s.speed)])),
     family: None,
     excitation: "Motion at two or more speeds that differ by a factor of two.",

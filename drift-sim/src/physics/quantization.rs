@@ -1,9 +1,6 @@
 //! A coarse sensor: y in whole multiples of `step`.
 
-use super::signature::singles;
-use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, shown,
-};
+use super::{Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "quantization",
@@ -13,7 +10,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Quantization { step: p[0] }),
-    starts: |s| singles(Signature::or_fractions(s.y_quantum, 0.1 * s.y_scale)),
     search: Starts::Apart,
     family: None,
     excitation: "Slow motion.",

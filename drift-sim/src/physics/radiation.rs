@@ -1,7 +1,6 @@
 //! Heat lost by radiation: adds `-coefficient*((y + 273.15)^4 - (offset + 273.15)^4)` to `time_constant_s*dy/dt`, y and
 //! the plant's `offset` (the surroundings) in degC.
 
-use super::signature::singles;
 use super::{
     Begins, Effect, Hook, Kind, Motion, Parameter, Place, Range, Scales, Start, Starts, any_values, shown,
 };
@@ -17,7 +16,6 @@ pub(super) static KIND: Kind = Kind {
     effect: |p, context| {
         Box::new(Radiation { coefficient: p[0], surroundings: fourth_power(context.plant.drive_offset()) })
     },
-    starts: |_| singles(vec![1e-9, 3e-9, 1e-8]),
     search: Starts::Grid(|s| {
         // Gain and time constant beside it so that the linearised plant stays as it was.
         let beside = |v: f64| libm::log(1.0 + 4.0 * v);

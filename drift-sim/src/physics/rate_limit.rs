@@ -1,9 +1,7 @@
 //! An actuator that can't move faster than `limit_per_s`: what reaches the plant follows u at most at that rate.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, grid,
-    shown,
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -16,7 +14,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(RateLimit { most: p[0] * context.substep_s, position: None }),
-    starts: |s| singles(Signature::or_fractions(s.slew, 10.0 * s.u_scale / s.duration_s.max(1e-300))),
     search: Starts::Grid(|s| grid([0.03, 0.1, 0.3, 0.6, 1.0], |part| vec![part * s.u_slew])),
     family: None,
     excitation: "Steps of u of different sizes.",

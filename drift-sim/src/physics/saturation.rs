@@ -13,10 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent,
     effect: |p, _| Box::new(Saturation { lower: p[0], upper: p[1] }),
-    starts: |s| match s.plateaus {
-        Some((lower, upper)) if lower < upper => vec![vec![lower, upper]],
-        _ => [1.0, 2.0].iter().map(|k| vec![-k * s.u_scale, k * s.u_scale]).collect(),
-    },
     search: Starts::Grid(|s| {
         let shares = [0.97, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
         let both = s.u_sizes.iter().copied().chain(shares.map(|part| part * s.u_most));

@@ -1,9 +1,8 @@
 //! A sensor that is off by a constant: `bias` is added to y, from the onset on or within the term's spans.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
-    every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -14,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(SensorBias { bias: p[0], spans: context.spans.to_vec() }),
-    starts: |s| singles(Signature::or_both_signs(s.y_shift, s.y_scale)),
     search: Starts::Onset(Weight::Sensor),
     family: Some(Family::Offset),
     excitation: "The onset within the recording, or a plant that does not integrate.",

@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, Weight, any_values,
-    every_plant, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, Weight, any_values, every_plant,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -27,12 +27,6 @@ pub(super) static KIND: Kind = Kind {
             onset_s: context.onset_s,
             noise: context.noise.clone(),
         })
-    },
-    starts: |s| {
-        Signature::or_both_signs(s.y_rate, s.y_scale / s.duration_s.max(1e-300))
-            .into_iter()
-            .map(|rate| vec![rate, 0.0])
-            .collect()
     },
     search: Starts::Ramp(Weight::Sensor),
     family: Some(Family::Ramp),

@@ -2,10 +2,8 @@
 //! gap, then follows at its edge; `width` is the total play. Where in the gap it begins, the start says: at rest in the middle. In a loop that integrates it ends in a
 //! cycle that no tuning of the gain removes.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant, grid,
-    shown,
+    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -16,7 +14,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorHysteresis { half: 0.5 * p[0], shown: None }),
-    starts: |s| singles(Signature::or_fractions(0.0, s.y_scale)),
     search: Starts::Grid(|s| grid([0.01, 0.03, 0.1, 0.3, 1.0], |part| vec![part * s.y])),
     family: None,
     excitation: "Reversals of y.",

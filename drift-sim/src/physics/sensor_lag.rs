@@ -1,10 +1,8 @@
 //! A slow sensor: a first-order lag between the true and the measured y, starting settled. y is taken as a straight line
 //! between samples.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
-    grid, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(SensorLag::new(p[0] / context.sample_time_s)),
-    starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
     search: Starts::Grid(|s| grid([1.5, 4.0, 8.0, 15.0, 30.0], |samples| vec![samples * s.sample_time_s])),
     family: Some(Family::Lag),
     excitation: "Edges in r that are sharp against the lag.",

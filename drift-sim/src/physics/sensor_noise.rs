@@ -1,10 +1,8 @@
 //! A noisier sensor: the sensor's own noise (`[sensor] noise` of the loop) times `ratio`. Without such noise in the
 //! loop it changes nothing.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
-    shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Starts, any_values, every_plant, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorNoise { ratio: p[0] }),
-    starts: |s| singles(Signature::or_ratios(s.noise_ratio, &[2.0, 4.0])),
     search: Starts::NoiseChange,
     family: None,
     excitation: "The onset within the recording, or a healthy recording beside it.",

@@ -18,14 +18,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Stiction { stick_band: p[0], rest: p[0] - p[1], at_start: p[2], stem: None }),
-    starts: |s| {
-        let bands = if s.hysteresis > 0.0 {
-            [0.8, 1.0, 1.25].map(|part| 0.5 * part * s.hysteresis).to_vec()
-        } else {
-            [0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 1.0, 1.4].map(|part| part * s.u_scale).to_vec()
-        };
-        bands.into_iter().flat_map(|band| [0.1, 0.3, 0.5].map(|part| vec![band, part * band, 0.0])).collect()
-    },
     search: Starts::Peak { coarse, dense, fine, finest, like },
     family: Some(Family::Play),
     excitation: "Slow changes of u, also in one direction.",

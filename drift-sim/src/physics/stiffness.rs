@@ -1,9 +1,8 @@
 //! A spring towards zero (a hose, a cable, a return spring): force `stiffness*x` against the displacement.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Signature, Starts, any_values, grid,
-    is_servo, shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Starts, any_values, grid, is_servo,
+    shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +14,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(Stiffness { stiffness: p[0] }),
-    starts: |s| singles(Signature::or_both_signs(s.slope_position, s.drive_scale / s.y_scale.max(1e-300))),
     // Friction that sticks hides a small spring's slope: each size is tried by itself.
     search: Starts::Grid(|s| {
         let points = [0.3, 1.0, 3.0, 0.1, 0.03].into_iter().flat_map(|part| [part, -part]);

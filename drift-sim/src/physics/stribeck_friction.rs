@@ -1,9 +1,7 @@
 //! Stribeck friction: dry friction that is higher at rest than in motion,
 //! `coulomb + (breakaway - coulomb)*exp(-(v/stribeck_speed)^2)`.
 
-use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, grid, is_servo, shown,
-};
+use super::{Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, grid, is_servo, shown};
 
 pub(super) static KIND: Kind = Kind {
     name: "stribeck_friction",
@@ -17,7 +15,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent,
     effect: |p, _| Box::new(StribeckFriction { coulomb: p[0], excess: p[1] - p[0], stribeck_speed: p[2] }),
-    starts,
     search: Starts::Grid(|s| {
         let points = [0.15, 0.35].into_iter().flat_map(|low| [0.2, 0.5].map(|more| (low, more)));
         let points = points.flat_map(|(low, more)| [0.06, 0.15, 0.6].map(|speed| (low, more, speed)));
@@ -65,11 +62,4 @@ impl Effect for StribeckFriction {
     fn copy(&self) -> Box<dyn Effect> {
         Box::new(self.clone())
     }
-}
-
-fn starts(s: &Signature) -> Vec<Vec<f64>> {
-    let levels = Signature::or_fractions(s.jump, s.drive_scale);
-    let speeds = [0.05, 0.2].map(|fraction| fraction * s.speed_scale);
-    let excess = |level: f64| if s.breakaway > 0.0 { s.breakaway } else { 0.5 * level };
-    levels.iter().flat_map(|level| speeds.map(|speed| vec![*level, level + excess(*level), speed])).collect()
 }

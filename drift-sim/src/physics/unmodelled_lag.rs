@@ -1,10 +1,8 @@
 //! A first-order lag that the model leaves out. Simulated between actuator and plant, starting settled; in a linear
 //! loop it could as well be in the sensor.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Signature, Starts, any_values, every_plant,
-    grid, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +13,6 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(UnmodelledLag::new(context.substep_s / p[0])),
-    starts: |s| singles(Signature::or_fractions(s.late_s, 10.0 * s.sample_time_s)),
     search: Starts::Grid(|s| grid([1.5, 4.0, 8.0, 15.0, 30.0], |samples| vec![samples * s.sample_time_s])),
     family: Some(Family::Lag),
     excitation: "Edges in r that are sharp against the lag.",

@@ -1,9 +1,7 @@
 //! Viscous friction other than the model's: the plant's own `viscous` times `ratio`.
 
-use super::signature::singles;
 use super::{
-    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Signature, Starts, Weight, any_values,
-    is_servo, shown,
+    Begins, Effect, Hook, Kind, Numbers, Parameter, Place, Range, Starts, Weight, any_values, is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -16,7 +14,6 @@ pub(super) static KIND: Kind = Kind {
     applies: is_servo,
     consistent: any_values,
     effect: |p, _| Box::new(ViscousFriction { ratio: p[0] }),
-    starts: |s| singles(Signature::or_ratios(s.viscous_ratio, &[0.5, 2.0])),
     search: Starts::Onset(Weight::Viscous),
     family: None,
     excitation: "Motion at speed.",

@@ -2,7 +2,7 @@
 
 use crate::diagnose::drive_charts::{Cloud, estimate, usual};
 use crate::diagnose::shown::Shown;
-use crate::diagnose::{HELD_OUT, features};
+use crate::diagnose::{HELD_OUT, motion};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::report::{Block, Chart, Section};
 use crate::sentences::{plain, with_unit};
@@ -163,7 +163,7 @@ impl Writing<'_> {
         if in_time {
             return Some(Section::new("The missing drive", vec![Block::Chart(over_time)]));
         }
-        let (position, speed) = features::motion(&self.found.nominal, train);
+        let (position, speed) = motion::motion(&self.found.nominal, train);
         let servo = matches!(self.found.nominal.plant, crate::plant::Plant::Servo(_));
         let (x, v) = if servo { ("position", "speed") } else { ("level of y", "rate of y") };
         let left = left.map(|l| l.value.as_slice());

@@ -222,6 +222,17 @@ pub fn centred(mut column: Vec<f64>) -> Vec<f64> {
     column
 }
 
+/// Mean of squares; 0 of nothing.
+pub fn mean_square(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>() / x.len().max(1) as f64
+}
+
+/// Variance of a signal's noise, from its second differences: what changes from sample to sample faster than a plant can.
+pub fn noise_variance(signal: &[f64]) -> f64 {
+    let second: Vec<f64> = signal.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+    (mean_square(&second) / 6.0).max(1e-30)
+}
+
 /// Standard deviation of the finite values; 0 for none.
 pub fn deviation(column: &[f64]) -> f64 {
     let known = || column.iter().copied().filter(|x| x.is_finite());

@@ -9,7 +9,7 @@ use crate::estimate::first_look::coarseness;
 use crate::estimate::signals::Signals;
 use crate::physics::Term;
 use crate::plant::Plant;
-use crate::stage;
+use crate::{sentences, stage};
 
 use super::options::Options;
 use super::parts::Parts;
@@ -19,6 +19,8 @@ use super::{Case, Tried, comes_and_goes};
 const COARSER: [usize; 6] = [3, 5, 7, 11, 15, 27];
 /// Samples that must be left of the first recording.
 const LEAST_COARSE: usize = 100;
+/// Part of the best kind's gain by which another of its family may be behind it where the noise is none that is reckoned with: the machine is another than any of the hypotheses.
+const INEXACT_SHARE: f64 = 0.2;
 /// Part of what the first search leaves of u that another one may leave, to take its place where it stands.
 const CLOSER: f64 = 0.8;
 /// What it may leave of u at most, in per cent.
@@ -70,6 +72,8 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
         return Some(first.replaced(case));
     }
     stage::begins("further searches", 0);
+    let options = Options { inexact_share: INEXACT_SHARE, ..case.options.clone() };
+    let case = &Case { options: &options, ..*case };
     let undecided = (!first.stands).then(|| first.found.clone().undecided());
     let further = coming_and_going(case).chain(sticking_motor(case)).chain(coarser(case));
     likeliest(std::iter::once(first).chain(further)).or(undecided)
@@ -87,18 +91,21 @@ fn likeliest(tried: impl Iterator<Item = Tried>) -> Option<Diagnosis> {
         // None that is doubted is healthy.
         Verdict::NoMismatch | Verdict::Undecided => None,
     };
-    let mut best: Option<(usize, f64, Diagnosis)> = None;
+    // What may be nothing by its interval says less than what may not.
+    let is_vague = |found: &Diagnosis| found.physics.iter().any(sentences::may_be_nothing);
+    let mut best: Option<((usize, bool), f64, Diagnosis)> = None;
     let mut no_better = 0;
     for tried in tried {
-        let ranked = rank(&tried).filter(|_| tried.stands).map(|rank| (rank, error_pct(&tried.found)));
-        let is_better = |(rank, error): &(usize, f64)| {
-            best.as_ref().is_none_or(|(of, least, _)| rank.cmp(of).then(error.total_cmp(least)).is_lt())
+        let rank = rank(&tried).filter(|_| tried.stands).map(|rank| (rank, is_vague(&tried.found)));
+        let ranked = rank.map(|rank| (rank, error_pct(&tried.found)));
+        let is_better = |(rank, error): &((usize, bool), f64)| {
+            best.as_ref().is_none_or(|(of, least, _)| rank < of || (rank == of && error < least))
         };
         match ranked.filter(is_better) {
             Some((rank, error)) => (best, no_better) = (Some((rank, error, tried.found)), 0),
             None => no_better += 1,
         }
-        if no_better == NO_BETTER && matches!(best, Some((0, ..))) {
+        if no_better == NO_BETTER && matches!(best, Some(((0, false), ..))) {
             break;
         }
     }

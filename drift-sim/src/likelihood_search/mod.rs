@@ -136,7 +136,7 @@ impl Case<'_> {
         };
         let (found, result) = self.searched(&searched, &attempt.beside)?;
         stage::begins("intervals and proof", 0);
-        let has_only_law = !law.terms.is_empty();
+        let has_law_terms = !law.terms.is_empty();
         let is_guessed = found.is_guessed;
         let is_open = nominal.controller == Controller::Recorded;
         let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&searched.parts.recordings);
@@ -185,15 +185,18 @@ impl Case<'_> {
             };
             let is_nothing =
                 !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
+            // A simulation proves it whatever else is in y, unless the plant was guessed from the very u that drives it; so does a cycle that the loop makes with what was named, and not
+            // without it.
+            let is_own_guess = is_open && is_guessed && self.healthy.is_empty();
+            let is_proven = trial.proves() && (is_noise || !is_own_guess);
             let is_shown = if !is_any_named {
                 // The law is judged by its own error.
-                is_noise || has_only_law || trial.proves_numbers()
+                is_noise || has_law_terms || trial.proves_numbers()
             } else if attempt.is_further() {
                 // What further attempts search shows less of what is left, so that a simulation has to show what they led to.
-                trial.proves() && (is_noise || !is_open)
+                is_proven || (is_noise && trial.confirms())
             } else {
-                // A cycle that the loop makes with what was named, and not without it, proves it whatever else is in y; and so does the closed loop's simulation.
-                is_noise || trial.cycles_as_measured() || (!is_open && trial.proves())
+                is_noise || is_proven || trial.cycles_as_measured()
             };
             let stands = is_shown
                 && !is_coarse

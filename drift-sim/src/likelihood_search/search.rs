@@ -273,6 +273,9 @@ impl Search<'_> {
                 break;
             }
             self.reconsider(found);
+            if std::env::var_os("TWICE").is_some() {
+                self.reconsider(found);
+            }
         }
     }
 

@@ -104,6 +104,15 @@ impl Trial<'_> {
         !self.found.physics.is_empty() && self.explains_most(before, after)
     }
 
+    /// Whether something strong is named that brings a simulation closer.
+    pub fn confirms(&self) -> bool {
+        let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
+            return false;
+        };
+        let is_any_strong = self.found.physics.iter().any(|named| named.train_gain > STRONG);
+        is_any_strong && after.error() < CLOSER * before.error()
+    }
+
     /// Whether what is named does not make that worse.
     pub fn improves(&self) -> bool {
         let after = self.found.unseen_fits().after;

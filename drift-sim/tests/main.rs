@@ -18,6 +18,7 @@ mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;
 mod fleet_command;
+mod further_searches;
 mod hostile_recordings;
 mod init;
 mod init_real;

@@ -128,7 +128,7 @@ fn changed(found: &Diagnosis, case: &Case<'_>) -> Block {
     }
     let rows = told.iter().map(|named| {
         let what = named.term.kind.name.replace('_', " ");
-        vec![what, sentences::says(named, found), case.since(named.term.onset_s)]
+        vec![what, sentences::says(named, found), case.begins(&named.term)]
     });
     Block::table(["what changed", "how", "since"], rows.collect())
 }

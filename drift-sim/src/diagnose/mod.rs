@@ -131,7 +131,7 @@ pub struct Diagnosis {
     pub candidates: Vec<(&'static str, f64)>,
     /// All kinds that were fitted beside the refitted model, with the log-likelihood that each gains.
     pub rivals: Vec<(&'static str, f64)>,
-    /// What an experiment would have to tell apart, with numbers; empty where the search by prediction error concluded.
+    /// What an experiment would have to tell apart, with numbers.
     pub causes: Vec<cause::Cause>,
     /// The nominal parameters.
     pub parameters: Vec<Refitted>,
@@ -186,9 +186,14 @@ impl Diagnosis {
         self.noise_floor.zip(self.reached()).is_some_and(|(floor, reached)| of(reached) >= of(floor))
     }
 
+    /// Whether part of the recordings proves; not where all was fitted to.
+    pub(crate) fn is_held_out(&self) -> bool {
+        self.holdout.after.is_some()
+    }
+
     /// The fits that count: on the hold-out, or, where nothing was held out, on what all was fitted to.
     pub(crate) fn unseen_fits(&self) -> Fits {
-        if self.holdout.after.is_some() { self.holdout } else { self.train }
+        if self.is_held_out() { self.holdout } else { self.train }
     }
 
     /// Whether the simulation with what was named is no better than without.

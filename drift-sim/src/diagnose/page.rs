@@ -5,7 +5,7 @@ mod charts;
 use std::path::Path;
 
 use crate::controller::Controller;
-use crate::physics::{self, UnitNames};
+use crate::physics::{self, Term, UnitNames};
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::recording::ColumnMap;
 use crate::report::{Block, Page, Proof, Section};
@@ -44,6 +44,11 @@ impl Case<'_> {
     /// The time that onsets count from.
     pub fn start_s(&self) -> f64 {
         self.first.signals.start_s - self.first.signals.origin_s
+    }
+
+    /// When a term begins, as the page says it.
+    pub(super) fn begins(&self, term: &Term) -> String {
+        self.since(term.spans.first().map_or(term.onset_s, |(from, _)| *from))
     }
 
     /// When an onset was, as the page says it.
@@ -118,6 +123,7 @@ impl Writing<'_> {
         let length = format!("{name}, {} s", plain(case.first.signals.duration_s(), 4));
         match case.holdout.map(Shown::name) {
             Some(file) => format!("{length}; proved on {file}"),
+            None if !self.found.is_held_out() => format!("{length}; nothing held out"),
             None => format!("{length}; proved on its last {} %", plain(100.0 * HELD_OUT, 3)),
         }
     }
@@ -208,10 +214,11 @@ impl Writing<'_> {
         }
         facts.push((
             "Unseen data".into(),
-            case.holdout.map_or_else(
-                || format!("the last {} % of the recording", plain(100.0 * HELD_OUT, 3)),
-                Shown::says,
-            ),
+            match case.holdout {
+                Some(holdout) => holdout.says(),
+                None if !self.found.is_held_out() => "none".into(),
+                None => format!("the last {} % of the recording", plain(100.0 * HELD_OUT, 3)),
+            },
         ));
         facts.push(("Place".into(), self.found.place.map_or("none".into(), |p| p.name().into())));
         facts.extend(
@@ -294,7 +301,7 @@ impl Writing<'_> {
             errors if errors.is_finite() => plain(errors, 3),
             _ => "not judged there".into(),
         };
-        vec![named.term.kind.name.replace('_', " "), self.case.since(named.term.onset_s), sure]
+        vec![named.term.kind.name.replace('_', " "), self.case.begins(&named.term), sure]
     }
 
     fn cell(&self, onset_s: f64) -> String {

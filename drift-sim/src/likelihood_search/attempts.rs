@@ -76,7 +76,20 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
     let case = &Case { options: &options, ..*case };
     let undecided = (!first.stands).then(|| first.found.clone().undecided());
     let further = coming_and_going(case).chain(sticking_motor(case)).chain(coarser(case));
-    likeliest(std::iter::once(first).chain(further)).or(undecided)
+    let found = likeliest(std::iter::once(first).chain(further));
+    found.map(|found| Diagnosis { far_off: is_far_off(&found), ..found }).or(undecided)
+}
+
+/// How many times what noise leaves of u, and how much of u at least, in per cent, a simulation must miss for more to be missing than what is named.
+const FAR_OF_NOISE: f64 = 2.0;
+const FAR_PCT: f64 = 3.0;
+
+/// Whether the closed loop stays far from what was measured with what is named.
+fn is_far_off(found: &Diagnosis) -> bool {
+    let is_named =
+        found.verdict == Verdict::MissingPhysics && found.nominal.controller != Controller::Recorded;
+    let noise_pct = found.noise_floor.map_or(0.0, FitPct::error);
+    is_named && error_pct(found) > FAR_PCT.max(FAR_OF_NOISE * noise_pct)
 }
 
 /// Further searches that may be no better than the best one before the rest is left.
@@ -153,12 +166,14 @@ fn may_be_a_motor(case: &Case<'_>, found: &Diagnosis) -> bool {
 
 /// The searches in coarser samples.
 fn coarser<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
-    let is_left_enough = |factor: &usize| {
-        case.recordings.first().is_some_and(|signals| signals.len() / factor >= LEAST_COARSE)
-    };
-    let attempts =
-        COARSER.into_iter().filter(is_left_enough).map(|factor| Attempt { factor, ..Attempt::FIRST });
+    let attempts = factors(case).map(|factor| Attempt { factor, ..Attempt::FIRST });
     attempts.filter_map(|attempt| case.tried(&attempt))
+}
+
+/// How many samples may be taken as one.
+fn factors(case: &Case<'_>) -> impl Iterator<Item = usize> + use<> {
+    let samples = case.recordings.first().map_or(0, Signals::len);
+    COARSER.into_iter().filter(move |factor| samples / factor >= LEAST_COARSE)
 }
 
 /// The search for friction and play in an unknown motor, which only a known law's loop can prove.
@@ -174,17 +189,14 @@ fn sticking_motor<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
 fn coming_and_going<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
     // A plant from the very recording has taken up part of what comes and goes in it.
     let is_open = case.nominal.plant == Plant::Identify && case.healthy.is_empty();
-    let terms = (!is_open).then(|| comes_and_goes::of(case)).flatten().unwrap_or_default();
+    let samplings = || std::iter::once(1).chain(factors(case));
+    let terms = (!is_open).then(|| comes_and_goes::of(case, samplings())).flatten().unwrap_or_default();
     let until_s = case.options.seen_of_recording * case.recordings.first().map_or(0.0, Signals::duration_s);
     // What acts only where nothing is fitted has no size there: it is that of the whole recording, of which nothing is left to prove it.
     let seen = if comes_and_goes::are_beyond(&terms, until_s) { 1.0 } else { case.options.seen_of_recording };
     let options = Options { seen_of_recording: seen, ..case.options.clone() };
-    let factors = std::iter::once(1).chain(COARSER);
-    let is_left_enough = |factor: &usize| {
-        case.recordings.first().is_some_and(|signals| signals.len() / factor >= LEAST_COARSE)
-    };
-    let factors = factors.filter(is_left_enough).take(if terms.is_empty() { 0 } else { usize::MAX });
-    factors.filter_map(move |factor| {
+    let attempts = samplings().take(if terms.is_empty() { 0 } else { usize::MAX });
+    attempts.filter_map(move |factor| {
         let attempt = Attempt { factor, beside: Beside::ComingAndGoing(terms.clone()) };
         Case { options: &options, ..*case }.tried(&attempt)
     })

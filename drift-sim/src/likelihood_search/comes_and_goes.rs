@@ -3,6 +3,7 @@
 
 use crate::control_loop::Loop;
 use crate::cores::AcrossCores as _;
+use crate::estimate::first_look::coarser;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::likelihood::Data;
@@ -23,16 +24,23 @@ const STEPS: usize = 12;
 /// Steps by which edges are moved, in samples.
 const EDGE_STEPS: [f64; 4] = [8.0, 4.0, 2.0, 1.0];
 
-/// What comes and goes in a recording, with its times; `None` of more than one, which have times of their own.
-pub fn of(case: &Case<'_>) -> Option<Vec<Term>> {
+/// What comes and goes in a recording, with its times, in the means of the first of so many samples that show it; `None` of more than one, which have times of their own.
+pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<Vec<Term>> {
     if case.holdout.is_some() || case.recordings.len() > 1 {
         return None;
     }
     let parts = Parts::new(case.recordings, None, case.options)?;
     let model = law::examine(case.nominal, &parts.recordings).model;
-    let plants = plants::likeliest(&model, &parts.recordings, &parts.fitted, case.healthy, case.options);
-    let found = plants.into_iter().next()?.refined()?;
-    Some(found_beside(&found.nominal, &found.data, case.options.least_gain))
+    // In the recording's own samples a load may be lost in what is fast.
+    let mut found = factors.into_iter().filter_map(|factor| {
+        let parts = parts.in_coarser_samples(factor);
+        let healthy = coarser(case.healthy, factor);
+        let model = Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() };
+        let plants = plants::likeliest(&model, &parts.recordings, &parts.fitted, &healthy, case.options);
+        let plant = plants.into_iter().next()?.refined()?;
+        Some(found_beside(&plant.nominal, &plant.data, case.options.least_gain))
+    });
+    found.find(|terms| !terms.is_empty())
 }
 
 /// What comes and goes beside a base, its edges where the recording is likeliest; none where nothing does, or nothing that pays for its times.

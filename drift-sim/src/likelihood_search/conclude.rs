@@ -247,7 +247,8 @@ impl Conclusion<'_> {
                     tied: choice.tied.clone(),
                     first: None,
                     train_gain: choice.gain,
-                    holdout_errors: choice.unseen.map_or(0.0, prove::Gained::errors),
+                    // Infinite where nothing is held out.
+                    holdout_errors: choice.unseen.map_or(f64::INFINITY, prove::Gained::errors),
                 })
             })
             .collect();
@@ -266,7 +267,7 @@ impl Conclusion<'_> {
             tied: choice.tied.clone(),
             first: None,
             train_gain: choice.gain,
-            holdout_errors: choice.unseen.map_or(0.0, prove::Gained::errors),
+            holdout_errors: choice.unseen.map_or(f64::INFINITY, prove::Gained::errors),
         })
     }
 

@@ -192,8 +192,8 @@ impl Case<'_> {
             let is_shown = if !is_any_named {
                 // The law is judged by its own error.
                 is_noise || has_law_terms || trial.proves_numbers()
-            } else if attempt.is_further() {
-                // What further attempts search shows less of what is left, so that a simulation has to show what they led to.
+            } else if attempt.is_further() || least.is_some() {
+                // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to.
                 is_proven || (is_noise && trial.confirms())
             } else {
                 is_noise || is_proven || trial.cycles_as_measured()

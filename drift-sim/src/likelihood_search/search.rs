@@ -273,9 +273,6 @@ impl Search<'_> {
                 break;
             }
             self.reconsider(found);
-            if std::env::var_os("TWICE").is_some() {
-                self.reconsider(found);
-            }
         }
     }
 

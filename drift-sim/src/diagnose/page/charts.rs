@@ -81,7 +81,7 @@ impl Writing<'_> {
     fn marks(&self) -> Vec<Layer> {
         let Shown { signals, clock, .. } = self.case.drawn();
         let mut marks = self.onsets();
-        if self.case.holdout.is_none() {
+        if self.case.holdout.is_none() && self.found.is_held_out() {
             marks.push(Layer::VerticalLine {
                 x: clock.axis(signals.start_s + (1.0 - HELD_OUT) * signals.duration_s()),
                 name: "unseen from here".into(),

@@ -67,8 +67,8 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
         // Nothing is guaranteed of what was chosen by its simulation.
         return Some(if first.stands { first.found } else { first.found.undecided() });
     }
-    // Faults of the law and other numbers may be all that is wrong, or all that such a search can show.
-    if first.stands && (first.names || first.is_sure) {
+    // What a simulation alone shows may be all that is wrong, or all that a search in these samples can show.
+    if first.stands && first.is_sure {
         return Some(first.replaced(case));
     }
     stage::begins("further searches", 0);
@@ -110,7 +110,9 @@ fn likeliest(tried: impl Iterator<Item = Tried>) -> Option<Diagnosis> {
     let mut no_better = 0;
     for tried in tried {
         let rank = rank(&tried).filter(|_| tried.stands).map(|rank| (rank, is_vague(&tried.found)));
-        let ranked = rank.map(|rank| (rank, error_pct(&tried.found)));
+        // What the recording's own samples show yields to what simulates far closer alone.
+        let by = if tried.is_further { 1.0 } else { CLOSER };
+        let ranked = rank.map(|rank| (rank, by * error_pct(&tried.found)));
         let is_better = |(rank, error): &((usize, bool), f64)| {
             best.as_ref().is_none_or(|(of, least, _)| rank < of || (rank == of && error < least))
         };

@@ -105,9 +105,11 @@ struct Case<'a> {
 struct Tried {
     found: Diagnosis,
     stands: bool,
+    /// Whether it is of a further attempt.
+    is_further: bool,
     /// Whether anything is named or placed that is neither of the law nor another number.
     names: bool,
-    /// Whether it is what the search found, its noise being noise, and not what may stand in its place.
+    /// Whether it is what the search found, its noise being noise, its cycle the recorded one or its simulation close, and not what may stand in its place.
     is_sure: bool,
 }
 
@@ -189,6 +191,8 @@ impl Case<'_> {
             // without it.
             let is_own_guess = is_open && is_guessed && self.healthy.is_empty();
             let is_proven = trial.proves() && (is_noise || !is_own_guess);
+            let is_sure =
+                is_noise || trial.cycles_as_measured() || (is_proven && trial.explains_nearly_all());
             let is_shown = if !is_any_named {
                 // The law is judged by its own error.
                 is_noise || has_law_terms || trial.proves_numbers()
@@ -196,14 +200,20 @@ impl Case<'_> {
                 // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to.
                 is_proven || (is_noise && trial.confirms())
             } else {
-                is_noise || is_proven || trial.cycles_as_measured()
+                is_sure || is_proven
             };
             let stands = is_shown
                 && !is_coarse
                 && !is_nothing
                 && trial.passes()
                 && (least.is_none() || trial.improves());
-            Tried { found: concluded, stands, names: is_any_named, is_sure: is_noise && least.is_none() }
+            Tried {
+                found: concluded,
+                stands,
+                is_further: attempt.is_further(),
+                names: is_any_named,
+                is_sure: is_sure && least.is_none(),
+            }
         };
         let tried = judged(result.clone(), None);
         if tried.stands {

@@ -39,6 +39,8 @@ const MOST_WORSE: f64 = 1.25;
 const LEAST_EXPLAINED: f64 = 0.25;
 /// Part of all that is missed that they must explain to be proven by it.
 const LEAST_EXPLAINED_AT_ALL: f64 = 0.4;
+/// Part of it that they leave at most where no further search is needed.
+const LEFT_OF_NEARLY_ALL: f64 = 0.25;
 /// The same under colored noise, which may be taken for anything.
 const LEAST_EXPLAINED_COLORED: f64 = 0.5;
 /// Part of the drive that must be u's for the noise to excuse that a guessed plant does not follow, and for anything to be named on it but a disturbance, or play. Of 34 loops of
@@ -102,6 +104,14 @@ impl Trial<'_> {
             return false;
         };
         !self.found.physics.is_empty() && self.explains_most(before, after)
+    }
+
+    /// Whether little is left beside what is named of what the loop without it misses.
+    pub fn explains_nearly_all(&self) -> bool {
+        let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
+            return false;
+        };
+        after.error() < LEFT_OF_NEARLY_ALL * before.error()
     }
 
     /// Whether something strong is named that brings a simulation closer.

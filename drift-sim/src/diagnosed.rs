@@ -88,6 +88,8 @@ impl Question {
         let unseen = holdout.as_ref().map(|of| &of.signals);
         let options = Options { guarantee, ..Options::default() };
         let found = diagnose_since(&signals(&healthy), &signals(&recordings), unseen, &model, &options)?;
+        // What comes and goes has times of its own in each recording: a hold-out of its own has no part in that.
+        let holdout = holdout.filter(|_| !found.comes_and_goes());
         let further = recordings.split_off(1);
         let first = recordings.pop().ok_or_else(none)?;
         let experiment = plan::proposal(&found, Recorded::of(&first.signals), &model, loop_file.as_deref());

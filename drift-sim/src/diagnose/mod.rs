@@ -191,6 +191,11 @@ impl Diagnosis {
         self.holdout.after.is_some()
     }
 
+    /// Whether something is named that acts at times of this recording.
+    pub(crate) fn comes_and_goes(&self) -> bool {
+        self.physics.iter().any(|named| !named.term.spans.is_empty())
+    }
+
     /// The fits that count: on the hold-out, or, where nothing was held out, on what all was fitted to.
     pub(crate) fn unseen_fits(&self) -> Fits {
         if self.is_held_out() { self.holdout } else { self.train }

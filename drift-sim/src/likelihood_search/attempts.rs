@@ -200,7 +200,8 @@ fn coming_and_going<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a 
     let attempts = samplings().take(if terms.is_empty() { 0 } else { usize::MAX });
     attempts.filter_map(move |factor| {
         let attempt = Attempt { factor, beside: Beside::ComingAndGoing(terms.clone()) };
-        Case { options: &options, ..*case }.tried(&attempt)
+        // A hold-out of its own has other times, and takes no part.
+        Case { options: &options, holdout: None, ..*case }.tried(&attempt)
     })
 }
 

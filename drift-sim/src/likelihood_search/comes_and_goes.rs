@@ -26,7 +26,7 @@ const EDGE_STEPS: [f64; 4] = [8.0, 4.0, 2.0, 1.0];
 
 /// What comes and goes in a recording, with its times, in the means of the first of so many samples that show it; `None` of more than one, which have times of their own.
 pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<Vec<Term>> {
-    if case.holdout.is_some() || case.recordings.len() > 1 {
+    if case.recordings.len() > 1 {
         return None;
     }
     let parts = Parts::new(case.recordings, None, case.options)?;

@@ -75,8 +75,14 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
     let options = Options { inexact_share: INEXACT_SHARE, ..case.options.clone() };
     let case = &Case { options: &options, ..*case };
     let undecided = (!first.stands).then(|| first.found.clone().undecided());
-    let further = coming_and_going(case).chain(sticking_motor(case)).chain(coarser(case));
-    let found = likeliest(std::iter::once(first).chain(further));
+    let mut best = Best::default();
+    // What the recording's own samples show yields to what simulates far closer alone.
+    best.keep(std::iter::once(first), CLOSER);
+    best.keep(sticking_motor(case), 1.0);
+    best.keep(coarser(case), 1.0);
+    // What comes and goes has so many numbers that it must simulate far closer than a term of the library.
+    best.keep(coming_and_going(case), 1.0 / CLOSER);
+    let found = best.found();
     found.map(|found| Diagnosis { far_off: is_far_off(&found), ..found }).or(undecided)
 }
 
@@ -92,39 +98,50 @@ fn is_far_off(found: &Diagnosis) -> bool {
     is_named && error_pct(found) > FAR_PCT.max(FAR_OF_NOISE * noise_pct)
 }
 
-/// Further searches that may be no better than the best one before the rest is left.
+/// Further searches in other samples that may be no better than the best one before the coarser ones are left.
 const NO_BETTER: usize = 2;
 
-/// Of what stands that which simulates best; what is named comes before faults of the law and other numbers, and these before what is only placed.
-fn likeliest(tried: impl Iterator<Item = Tried>) -> Option<Diagnosis> {
-    let rank = |tried: &Tried| match tried.found.verdict {
+/// Of what stands that which simulates best; what is named comes before faults of the law and other numbers, and these before what is only placed; and what may not be nothing by
+/// its interval, and was found under a noise that holds, before what may.
+#[derive(Default)]
+struct Best(Option<((usize, bool), f64, Diagnosis)>);
+
+impl Best {
+    /// Keeps what is better of these, their errors counting so many times.
+    fn keep(&mut self, tried: impl Iterator<Item = Tried>, counts: f64) {
+        let mut no_better = 0;
+        for tried in tried {
+            let ranked = rank(&tried).map(|rank| (rank, counts * error_pct(&tried.found)));
+            match ranked.filter(|ranked| self.is_beaten_by(*ranked)) {
+                Some((rank, error)) => (self.0, no_better) = (Some((rank, error, tried.found)), 0),
+                None => no_better += 1,
+            }
+            if no_better == NO_BETTER && matches!(self.0, Some(((0, false), ..))) {
+                return;
+            }
+        }
+    }
+
+    fn is_beaten_by(&self, (rank, error): ((usize, bool), f64)) -> bool {
+        self.0.as_ref().is_none_or(|(of, least, _)| rank < *of || (rank == *of && error < *least))
+    }
+
+    fn found(self) -> Option<Diagnosis> {
+        self.0.map(|(.., found)| found)
+    }
+}
+
+/// The rank of what stands, the first first.
+fn rank(tried: &Tried) -> Option<(usize, bool)> {
+    let rank = match tried.found.verdict {
+        _ if !tried.stands => None,
         Verdict::MissingPhysics if tried.names => Some(0),
         Verdict::MissingPhysics | Verdict::Parameters => Some(1),
         Verdict::Located => Some(2),
         // None that is doubted is healthy.
         Verdict::NoMismatch | Verdict::Undecided => None,
     };
-    // What may be nothing by its interval says less than what may not.
-    let is_vague = |found: &Diagnosis| found.physics.iter().any(sentences::may_be_nothing);
-    let mut best: Option<((usize, bool), f64, Diagnosis)> = None;
-    let mut no_better = 0;
-    for tried in tried {
-        let rank = rank(&tried).filter(|_| tried.stands).map(|rank| (rank, is_vague(&tried.found)));
-        // What the recording's own samples show yields to what simulates far closer alone.
-        let by = if tried.is_further { 1.0 } else { CLOSER };
-        let ranked = rank.map(|rank| (rank, by * error_pct(&tried.found)));
-        let is_better = |(rank, error): &((usize, bool), f64)| {
-            best.as_ref().is_none_or(|(of, least, _)| rank < of || (rank == of && error < least))
-        };
-        match ranked.filter(is_better) {
-            Some((rank, error)) => (best, no_better) = (Some((rank, error, tried.found)), 0),
-            None => no_better += 1,
-        }
-        if no_better == NO_BETTER && matches!(best, Some(((0, false), ..))) {
-            break;
-        }
-    }
-    best.map(|(.., found)| found)
+    Some((rank?, tried.is_refuted || tried.found.physics.iter().any(sentences::may_be_nothing)))
 }
 
 /// What a simulation of what nothing has seen leaves, in per cent.
@@ -151,7 +168,9 @@ impl Tried {
         // What only its noise excuses yields to whatever simulates better.
         let follows_pct = if found.is_worse() { f64::INFINITY } else { FOLLOWS_PCT };
         let most_pct = (CLOSER * error_pct(&found)).min(follows_pct);
-        let closer = likeliest(others.into_iter()).filter(|other| other.physics.len() >= least);
+        let mut best = Best::default();
+        best.keep(others.into_iter(), 1.0);
+        let closer = best.found().filter(|other| other.physics.len() >= least);
         closer.filter(|other| error_pct(other) < most_pct).unwrap_or(found)
     }
 }

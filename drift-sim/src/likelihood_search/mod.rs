@@ -105,10 +105,10 @@ struct Case<'a> {
 struct Tried {
     found: Diagnosis,
     stands: bool,
-    /// Whether it is of a further attempt.
-    is_further: bool,
     /// Whether anything is named or placed that is neither of the law nor another number.
     names: bool,
+    /// Whether its noise is none of the kind that is reckoned with in the recording's own samples, in which a likelihood then favours what is fast.
+    is_refuted: bool,
     /// Whether it is what the search found, its noise being noise, its cycle the recorded one or its simulation close, and not what may stand in its place.
     is_sure: bool,
 }
@@ -210,7 +210,7 @@ impl Case<'_> {
             Tried {
                 found: concluded,
                 stands,
-                is_further: attempt.is_further(),
+                is_refuted: !is_noise && !attempt.is_further(),
                 names: is_any_named,
                 is_sure: is_sure && least.is_none(),
             }

@@ -33,7 +33,7 @@ impl FitPct {
 const BLOCKS: usize = 16;
 
 /// Runs a loop over the recording's reference from the recording's own start. With an unknown control law the recorded u
-/// drives the plant instead, from the start that fits best and without noise. A loop that [cycles by itself](cycle) is run anew every period.
+/// drives the plant instead, from the start that fits best and without noise. A loop that cycles by itself is run anew every period.
 /// `None` where it diverges.
 pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
     if model.controller == Controller::Recorded {

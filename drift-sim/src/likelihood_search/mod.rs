@@ -10,6 +10,7 @@
 
 mod actuators;
 mod all_samples;
+mod alternatives;
 mod apart;
 mod attempts;
 mod climb;

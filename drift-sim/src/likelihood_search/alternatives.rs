@@ -16,7 +16,7 @@ const QUIET_STEPS: usize = 20;
 impl Found {
     /// What may stand where this does not, the simplest first: what is named alone as another one of its family; nothing, where faults of the law or other numbers do; and where a
     /// law closes the loop, each of these with numbers that were fitted under next to no random load, by which a simulation misses least.
-    pub fn others(&self, data: &Data) -> Vec<Self> {
+    pub fn others<'a>(&self, data: &'a Data) -> impl Iterator<Item = Self> + use<'a> {
         let family = |fit: &Fit| fit.hypothesis.candidates().last()?.kind.family;
         let named = self.best.as_ref().filter(|_| self.named.len() == 1);
         let of = named.and_then(family);
@@ -43,12 +43,15 @@ impl Found {
             is_noise: false,
             ..self.clone()
         });
+        let last = self.best.as_ref().and_then(rivals::last_kind);
         let is_open = self.base.hypothesis.model.controller == Controller::Recorded;
-        let with_quiet = |found: Self| {
+        // As it is, this one does not stand.
+        let with_quiet = move |found: Self| {
             let quiet = if is_open { None } else { found.under_next_to_no_load(data) };
-            quiet.into_iter().chain([found])
+            let is_another = found.best.as_ref().is_none_or(|best| rivals::last_kind(best) != last);
+            quiet.into_iter().chain(is_another.then_some(found))
         };
-        found.into_iter().flat_map(with_quiet).collect()
+        found.into_iter().flat_map(with_quiet)
     }
 
     /// The same with its numbers fitted under next to no random load; `None` where it can't be simulated then.

@@ -3,7 +3,6 @@
 
 use crate::control_loop::Loop;
 use crate::cores::AcrossCores as _;
-use crate::estimate::first_look::coarser;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::likelihood::Data;
@@ -15,7 +14,7 @@ use super::nominal;
 use super::parts::Parts;
 use super::search::without;
 use super::two_levels::{TwoLevels, two_levels};
-use super::{Case, law, plants, spans};
+use super::{Case, Searched, law, plants, spans};
 
 /// Samples in which steps are looked for.
 const ENOUGH: usize = 5_000;
@@ -33,9 +32,7 @@ pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<V
     let model = law::examine(case.nominal, &parts.recordings).model;
     // In the recording's own samples a load may be lost in what is fast.
     let mut found = factors.into_iter().filter_map(|factor| {
-        let parts = parts.in_coarser_samples(factor);
-        let healthy = coarser(case.healthy, factor);
-        let model = Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() };
+        let Searched { parts, healthy, model } = Searched::of(&parts, case.healthy, &model, factor);
         let plants = plants::likeliest(&model, &parts.recordings, &parts.fitted, &healthy, case.options);
         let plant = plants.into_iter().next()?.refined()?;
         Some(found_beside(&plant.nominal, &plant.data, case.options.least_gain))

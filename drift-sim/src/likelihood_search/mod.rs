@@ -121,6 +121,17 @@ struct Searched {
     model: Loop,
 }
 
+impl Searched {
+    /// The mean of so many samples as one.
+    fn of(parts: &Parts, healthy: &[Signals], model: &Loop, factor: usize) -> Self {
+        Self {
+            parts: parts.in_coarser_samples(factor),
+            healthy: coarser(healthy, factor),
+            model: Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() },
+        }
+    }
+}
+
 impl Case<'_> {
     /// One attempt, from the law to the trial; `None` where it can't be made.
     fn tried(&self, attempt: &Attempt) -> Option<Tried> {
@@ -131,12 +142,8 @@ impl Case<'_> {
         if law.is_another {
             return None;
         }
-        let (sample_time_s, factor) = (law.model.sample_time_s, attempt.factor);
-        let searched = Searched {
-            parts: parts.in_coarser_samples(factor),
-            healthy: coarser(self.healthy, factor),
-            model: Loop { sample_time_s: factor as f64 * sample_time_s, ..law.model.clone() },
-        };
+        let factor = attempt.factor;
+        let searched = Searched::of(&parts, self.healthy, &law.model, factor);
         let (found, result) = self.searched(&searched, &attempt.beside)?;
         stage::begins("intervals and proof", 0);
         let has_law_terms = !law.terms.is_empty();
@@ -222,7 +229,7 @@ impl Case<'_> {
         }
         // Other numbers are no evidence for what is named beside them where they simulate worse by themselves.
         let least = simulated(&conclude::loop_of(&result.base, nominal));
-        let others = result.others(&found.data).into_iter();
+        let others = result.others(&found.data);
         others.map(|other| judged(other, least)).find(|other| other.stands).or(Some(tried))
     }
 

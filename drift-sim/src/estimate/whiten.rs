@@ -10,9 +10,6 @@ pub struct Whitener {
 }
 
 impl Whitener {
-    /// Orders tried.
-    const LARGEST_ORDER: usize = 12;
-
     /// No filter: the residual is taken as white.
     pub fn none() -> Self {
         Self::default()
@@ -21,19 +18,6 @@ impl Whitener {
     /// The order, coefficients included.
     pub fn order(&self) -> usize {
         self.coefficients.len()
-    }
-
-    /// Fitted by Levinson's recursion; the order has the least Bayesian information criterion.
-    pub fn of(residual: &[f64]) -> Self {
-        let n = residual.len();
-        let highest = Self::LARGEST_ORDER.min(n / 20);
-        let score = |left: f64, order: usize| {
-            n as f64 * libm::log(left.max(1e-300)) + order as f64 * libm::log(n as f64)
-        };
-        let orders = levinson(residual, highest).into_iter().enumerate();
-        let scored = orders.map(|(order, (coefficients, left))| (score(left, order), coefficients));
-        let best = scored.reduce(|best, next| if next.0 < best.0 { next } else { best });
-        Self { coefficients: best.map(|(_, coefficients)| coefficients).unwrap_or_default() }
     }
 
     /// Of this order, by Levinson's recursion, which gives a stable one; none of a residual that is nothing.
@@ -129,35 +113,6 @@ pub fn autocovariance(x: &[f64], lag: usize) -> f64 {
     late.iter().zip(x).map(|(a, b)| a * b).sum::<f64>() / x.len().max(1) as f64
 }
 
-/// How many independent samples a series is worth: `N / (1 + 2 sum rho)`, summed while pairs of autocorrelations are
-/// positive (Geyer 1992).
-pub fn effective_samples(x: &[f64]) -> f64 {
-    let n = x.len() as f64;
-    let power = autocovariance(x, 0);
-    if power <= 0.0 {
-        return n;
-    }
-    let mut sum = 1.0;
-    let mut lag = 1;
-    while lag + 1 < x.len() / 4 {
-        let pair = (autocovariance(x, lag) + autocovariance(x, lag + 1)) / power;
-        if pair <= 0.0 {
-            break;
-        }
-        sum += 2.0 * pair;
-        lag += 2;
-        if lag > 2000 {
-            break;
-        }
-    }
-    (n / sum).clamp(1.0, n)
-}
-
-/// The same as a part of all.
-pub fn independent_share(x: &[f64]) -> f64 {
-    effective_samples(x) / x.len().max(1) as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,7 +136,7 @@ mod tests {
     #[test]
     fn an_autoregression_is_found_and_undone() {
         let x = ar1(0.8, 20_000);
-        let whitener = Whitener::of(&x);
+        let whitener = Whitener::of_order(&x, 1);
         let white = whitener.apply(&x);
         assert!((whitener.coefficients[0] - 0.8).abs() < 0.03, "{whitener:?}");
         assert!((autocovariance(&white, 1) / autocovariance(&white, 0)).abs() < 0.02);
@@ -213,13 +168,5 @@ mod tests {
         x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.01 * i as f64);
         let left = autocovariance(&Whitener::least_squares(&x, 2).apply(&x), 0);
         assert!((left / 1.25 - 1.0).abs() < 0.05, "{left}");
-    }
-
-    /// Closed form for AR(1): N (1 - phi)/(1 + phi).
-    #[test]
-    fn effective_samples_of_an_autoregression() {
-        let n = effective_samples(&ar1(0.8, 50_000));
-        let exact = 50_000.0 * 0.2 / 1.8;
-        assert!((n / exact - 1.0).abs() < 0.2, "{n} {exact}");
     }
 }

@@ -75,7 +75,6 @@ use glance::{Glance, Round};
 use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
-pub use rivals::is_searched;
 use rivals::{Field, Sketch};
 use search::{Found, Search};
 use simulates::Trial;

@@ -11,9 +11,10 @@ use crate::physics::Term;
 use crate::plant::Plant;
 use crate::{sentences, stage};
 
+use super::judge::Tried;
 use super::options::Options;
 use super::parts::Parts;
-use super::{Case, Tried, comes_and_goes};
+use super::{Case, comes_and_goes};
 
 /// How many samples are taken as one.
 const COARSER: [usize; 6] = [3, 5, 7, 11, 15, 27];
@@ -63,8 +64,8 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
         let all = Options { enough_samples: usize::MAX, ..case.options.clone() };
         first = Case { options: &all, ..*case }.tried(&Attempt::FIRST)?;
     }
-    if case.options.guarantee.is_some() {
-        // Nothing is guaranteed of what was chosen by its simulation.
+    // Nothing is guaranteed of what was chosen by its simulation; and a plant that was guessed from the very u that drives its simulation follows it whatever is missing.
+    if case.options.guarantee.is_some() || case.is_its_own_guess() {
         return Some(if first.stands { first.found } else { first.found.undecided() });
     }
     // What a simulation alone shows may be all that is wrong, or all that a search in these samples can show.
@@ -78,10 +79,10 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
     let mut best = Best::default();
     // What the recording's own samples show yields to what simulates far closer alone.
     best.keep(std::iter::once(first), CLOSER);
-    best.keep(sticking_motor(case), 1.0);
-    best.keep(coarser(case), 1.0);
+    best.search(|| sticking_motor(case), 1.0);
+    best.search(|| coarser(case), 1.0);
     // What comes and goes has so many numbers that it must simulate far closer than a term of the library.
-    best.keep(coming_and_going(case), 1.0 / CLOSER);
+    best.search(|| coming_and_going(case), 1.0 / CLOSER);
     let found = best.found();
     found.map(|found| Diagnosis { far_off: is_far_off(&found), ..found }).or(undecided)
 }
@@ -92,11 +93,18 @@ const FAR_PCT: f64 = 3.0;
 
 /// Whether the closed loop stays far from what was measured with what is named.
 fn is_far_off(found: &Diagnosis) -> bool {
-    let is_named =
-        found.verdict == Verdict::MissingPhysics && found.nominal.controller != Controller::Recorded;
     let noise_pct = found.noise_floor.map_or(0.0, FitPct::error);
-    is_named && error_pct(found) > FAR_PCT.max(FAR_OF_NOISE * noise_pct)
+    found.verdict == Verdict::MissingPhysics
+        && is_closed(found)
+        && error_pct(found) > FAR_PCT.max(FAR_OF_NOISE * noise_pct)
 }
+
+fn is_closed(found: &Diagnosis) -> bool {
+    found.nominal.controller != Controller::Recorded
+}
+
+/// What a closed loop leaves of u, in per cent, below which no further search is made.
+const CLOSE_PCT: f64 = 5.0;
 
 /// Further searches in other samples that may be no better than the best one before the coarser ones are left.
 const NO_BETTER: usize = 2;
@@ -124,6 +132,14 @@ impl Best {
 
     fn is_beaten_by(&self, (rank, error): ((usize, bool), f64)) -> bool {
         self.0.as_ref().is_none_or(|(of, least, _)| rank < *of || (rank == *of && error < *least))
+    }
+
+    /// The same of a search that is made only where none has led to a closed loop that follows what was measured.
+    fn search<I: Iterator<Item = Tried>>(&mut self, search: impl FnOnce() -> I, counts: f64) {
+        let is_close = |found: &Diagnosis| is_closed(found) && error_pct(found) < CLOSE_PCT;
+        if !self.0.as_ref().is_some_and(|(.., found)| is_close(found)) {
+            self.keep(search(), counts);
+        }
     }
 
     fn found(self) -> Option<Diagnosis> {
@@ -185,14 +201,14 @@ fn may_be_a_motor(case: &Case<'_>, found: &Diagnosis) -> bool {
         }
 }
 
-/// The searches in coarser samples.
+/// The searches in coarser samples, the coarsest first: it takes the least time.
 fn coarser<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
-    let attempts = factors(case).map(|factor| Attempt { factor, ..Attempt::FIRST });
+    let attempts = factors(case).rev().map(|factor| Attempt { factor, ..Attempt::FIRST });
     attempts.filter_map(|attempt| case.tried(&attempt))
 }
 
 /// How many samples may be taken as one.
-fn factors(case: &Case<'_>) -> impl Iterator<Item = usize> + use<> {
+fn factors(case: &Case<'_>) -> impl DoubleEndedIterator<Item = usize> + use<> {
     let samples = case.recordings.first().map_or(0, Signals::len);
     COARSER.into_iter().filter(move |factor| samples / factor >= LEAST_COARSE)
 }

@@ -49,6 +49,18 @@ pub struct Decision {
     pub chosen_among: usize,
 }
 
+impl Decision {
+    /// What a kind gains after the cost of its numbers; 0 of one that was not tried.
+    pub fn score(&self, kind: &Kind) -> f64 {
+        self.scored.iter().find(|scored| scored.kind == kind).map_or(0.0, |scored| scored.score)
+    }
+
+    /// The kinds that can't be told from the best one, with what each gains.
+    pub fn left(&self) -> Vec<(&'static str, f64)> {
+        self.set.iter().map(|kind| (kind.name, self.score(kind))).collect()
+    }
+}
+
 /// All kinds of a field, the best first.
 pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
     // Under a coloring that was found beside one kind another one may gain by a coloring of its own.

@@ -25,6 +25,7 @@ mod guarantee;
 mod identified;
 mod idle;
 mod interval;
+mod judge;
 mod lattice;
 mod law;
 mod limit_cycle;
@@ -48,6 +49,7 @@ mod standing_load;
 mod starts;
 mod sticking_motor;
 mod two_levels;
+mod under_coloring;
 pub(crate) mod units;
 mod unseen;
 mod wave_in_u;
@@ -55,30 +57,25 @@ mod wave_in_u;
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::prove::FitPct;
 use crate::estimate::first_look::coarser;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held};
-use crate::estimate::whiten::Whitener;
 use crate::physics::Term;
-use crate::sentences;
+use crate::plant::Plant;
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
 use attempts::{Attempt, Beside};
-use conclude::Conclusion;
-use decide::COLORED;
 use glance::{Glance, Round};
+use judge::{Judge, Tried};
 use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
 use rivals::{Field, Sketch};
 use search::{Found, Search};
-use simulates::Trial;
-use unseen::{Unseen, fit_pct};
 
 /// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(
@@ -101,18 +98,6 @@ struct Case<'a> {
     options: &'a Options,
 }
 
-/// A diagnosis, and whether it stands.
-struct Tried {
-    found: Diagnosis,
-    stands: bool,
-    /// Whether anything is named or placed that is neither of the law nor another number.
-    names: bool,
-    /// Whether its noise is none of the kind that is reckoned with in the recording's own samples, in which a likelihood then favours what is fast.
-    is_refuted: bool,
-    /// Whether it is what the search found, its noise being noise, its cycle the recorded one or its simulation close, and not what may stand in its place.
-    is_sure: bool,
-}
-
 /// Recordings as one attempt searches them, and the loop as it samples them, its law mended.
 struct Searched {
     parts: Parts,
@@ -132,6 +117,13 @@ impl Searched {
 }
 
 impl Case<'_> {
+    /// Whether nothing is known but one loop's recordings: neither a law that closes it, nor a plant, nor how it was when it was healthy.
+    fn is_its_own_guess(&self) -> bool {
+        self.nominal.controller == Controller::Recorded
+            && self.nominal.plant == Plant::Identify
+            && self.healthy.is_empty()
+    }
+
     /// One attempt, from the law to the trial; `None` where it can't be made.
     fn tried(&self, attempt: &Attempt) -> Option<Tried> {
         let Self { nominal, options, .. } = *self;
@@ -143,93 +135,23 @@ impl Case<'_> {
         }
         let factor = attempt.factor;
         let searched = Searched::of(&parts, self.healthy, &law.model, factor);
-        let (found, result) = self.searched(&searched, &attempt.beside)?;
-        stage::begins("intervals and proof", 0);
-        let has_law_terms = !law.terms.is_empty();
-        let is_guessed = found.is_guessed;
-        let is_open = nominal.controller == Controller::Recorded;
-        let is_coarse = is_guessed && result.quantum.is_none() && lattice::rests(&searched.parts.recordings);
-        let (train, unseen) = parts.shown();
-        let simulated = |model: &Loop| match &unseen {
-            Some(unseen) => unseen.fit(model),
-            None => fit_pct(model, &train),
-        };
-        let judged = |result: Found, least: Option<FitPct>| {
-            let fit = result.best.clone().unwrap_or_else(|| result.base.clone());
-            let fit = parts.showing(&fit).unwrap_or(fit);
-            let (is_noise, predicted) = (result.is_noise, result.predicted);
-            let without = conclude::loop_of(&result.base, nominal);
-            let is_any_named = result.best.is_some() || result.quantum.is_some();
-            let conclusion = Conclusion {
-                stated: nominal,
-                law: law.clone(),
-                train: &train,
-                unseen: unseen.as_ref(),
-                sensor_sd: fit.rows.sensor_sd,
-                factor,
-                not_used: parts.not_used,
-                result,
-                data: &found.data,
-                is_guessed,
-                options,
-            };
-            let concluded = conclusion.diagnosis();
-            let (model, shown) = match &unseen {
-                Some(unseen) if concluded.improved.controller == Controller::Recorded => {
-                    unseen.first_behind_play(&concluded.improved)
-                }
-                _ => (concluded.improved.clone(), unseen.as_ref().map_or(&train, Unseen::first).clone()),
-            };
-            let trial = Trial {
-                found: &concluded,
-                fit: &fit,
-                shown: &shown,
-                model: &model,
-                seen: &train,
-                is_guessed,
-                has_healthy: !self.healthy.is_empty(),
-                coloring: found.data.coloring(),
-                predicted,
-                without: better(simulated(&without), least),
-            };
-            let is_nothing =
-                !concluded.physics.is_empty() && concluded.physics.iter().all(sentences::may_be_nothing);
-            // A simulation proves it whatever else is in y, unless the plant was guessed from the very u that drives it; so does a cycle that the loop makes with what was named, and not
-            // without it.
-            let is_own_guess = is_open && is_guessed && self.healthy.is_empty();
-            let is_proven = trial.proves() && (is_noise || !is_own_guess);
-            let is_sure =
-                is_noise || trial.cycles_as_measured() || (is_proven && trial.explains_nearly_all());
-            let is_shown = if !is_any_named {
-                // The law is judged by its own error.
-                is_noise || has_law_terms || trial.proves_numbers()
-            } else if attempt.is_further() || least.is_some() {
-                // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to.
-                is_proven || (is_noise && trial.confirms())
-            } else {
-                is_sure || is_proven
-            };
-            let stands = is_shown
-                && !is_coarse
-                && !is_nothing
-                && trial.passes()
-                && (least.is_none() || trial.improves());
-            Tried {
-                found: concluded,
-                stands,
-                is_refuted: !is_noise && !attempt.is_further(),
-                names: is_any_named,
-                is_sure: is_sure && least.is_none(),
+        let (mut found, mut result) = self.searched(&searched, &attempt.beside)?;
+        let judge = Judge::new(self, attempt, &law, &parts, &searched.parts);
+        let mut tried = judge.judged(&found, result.clone(), None);
+        if !tried.stands && attempt.beside == Beside::Nothing {
+            let colored = under_coloring::searched(&found, &result, self.healthy.is_empty(), options);
+            if let Some((again, end)) = colored {
+                tried = judge.judged(&again, end.clone(), None);
+                (found, result) = (again, end);
             }
-        };
-        let tried = judged(result.clone(), None);
+        }
         if tried.stands {
             return Some(tried);
         }
         // Other numbers are no evidence for what is named beside them where they simulate worse by themselves.
-        let least = simulated(&conclude::loop_of(&result.base, nominal));
+        let least = judge.simulated(&conclude::loop_of(&result.base, nominal));
         let others = result.others(&found.data);
-        others.map(|other| judged(other, least)).find(|other| other.stands).or(Some(tried))
+        others.map(|other| judge.judged(&found, other, least)).find(|other| other.stands).or(Some(tried))
     }
 
     /// The search: the plant with its numbers, and what is named beside it.
@@ -269,19 +191,7 @@ impl Case<'_> {
         };
         let search = Search { data: &found.data, options, is_plant_open };
         let result = search.run(search.with_own_lags(first));
-        Some(if result.is_noise || !is_guessed {
-            (found, result)
-        } else {
-            under_coloring(found, result, is_plant_open, options)
-        })
-    }
-}
-
-/// The better of two simulations.
-fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.error() < a.error() { b } else { a }),
-        (a, b) => a.or(b),
+        Some((found, result))
     }
 }
 
@@ -289,47 +199,10 @@ fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
 const GOING_ON: usize = 10;
 
 /// A fit a few steps on.
-fn gone_on(mut fit: Fit, data: &Data) -> Fit {
+pub fn gone_on(mut fit: Fit, data: &Data) -> Fit {
     let fixed = rivals::stuck(&fit.hypothesis);
     fit.descend(data, GOING_ON, &fixed);
     fit
-}
-
-/// The search once more where it left no noise of the kind that is reckoned with: under noise colored as what the likeliest of its fits left. Where
-/// nothing is named then, or what is left is no noise either, nothing was gained.
-fn under_coloring(
-    found: Identified,
-    ended: Found,
-    is_plant_open: bool,
-    options: &Options,
-) -> (Identified, Found) {
-    match recolored(&found, &ended, is_plant_open, options) {
-        Some((found, result)) if result.is_noise && !result.named.is_empty() => (found, result),
-        _ => (found, ended),
-    }
-}
-
-fn recolored(
-    found: &Identified,
-    ended: &Found,
-    is_plant_open: bool,
-    options: &Options,
-) -> Option<(Identified, Found)> {
-    stage::begins("the search under colored noise", 0);
-    let first = ended.contenders.first().map(|contender| &contender.fit);
-    let left = ended.best.as_ref().or(first).unwrap_or(&ended.base);
-    let data = found.data.clone().colored(Whitener::of_order(&left.rows.z, COLORED));
-    let again = |fit: &Fit| Some(gone_on(Fit::at(&fit.hypothesis, &fit.point, &data)?, &data));
-    let nominal = again(&ended.base)?;
-    let mut glance = Glance::of(&nominal, &data, Round::First(options.least_gain))?;
-    for contender in &ended.contenders {
-        if let Some((kind, fit)) = rivals::last_kind(&contender.fit).zip(again(&contender.fit)) {
-            glance.offer(kind, fit);
-        }
-    }
-    let field = glance.sketched(&data).finished(&nominal, &data)?;
-    let result = Search { data: &data, options, is_plant_open }.run(field);
-    Some((Identified { nominal, data, is_guessed: found.is_guessed }, result))
 }
 
 /// The plant that is likeliest together with one term beside it, or with none, and that field.

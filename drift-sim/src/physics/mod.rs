@@ -213,10 +213,10 @@ impl Kind {
         if self.name == "sensor_hysteresis" { parameters.first().copied() } else { None }
     }
 
-    /// Its family on a plant: what a drifting sensor adds to y is what an integrator makes of a load that stays.
+    /// Its family on a plant: what a drifting sensor adds to y is what an integrator makes of a load that stays, and what a motor's position soon becomes under it.
     pub fn family_on(&self, plant: &Plant) -> Option<Family> {
         match (self.family, self.place) {
-            (Some(Family::Ramp), Place::Sensor) if plant.is_integrator() => Some(Family::Offset),
+            (Some(Family::Ramp), Place::Sensor) if !plant.keeps_its_level() => Some(Family::Offset),
             (family, _) => family,
         }
     }

@@ -1,0 +1,156 @@
+//! The end of a search, judged: the diagnosis that it leads to, whether a simulation of what nothing has seen shows it, and whether it stands.
+
+use crate::control_loop::Loop;
+use crate::controller::Controller;
+use crate::diagnose::Diagnosis;
+use crate::diagnose::prove::FitPct;
+use crate::estimate::fit::Fit;
+use crate::estimate::signals::Signals;
+use crate::sentences;
+use crate::stage;
+
+use super::attempts::Attempt;
+use super::conclude::{self, Conclusion};
+use super::law::Law;
+use super::parts::Parts;
+use super::plants::Identified;
+use super::search::Found;
+use super::simulates::Trial;
+use super::unseen::{Unseen, fit_pct};
+use super::{Case, lattice};
+
+/// A diagnosis, and whether it stands.
+pub struct Tried {
+    /// The diagnosis.
+    pub found: Diagnosis,
+    /// Whether it stands.
+    pub stands: bool,
+    /// Whether anything is named or placed that is neither of the law nor another number.
+    pub names: bool,
+    /// Whether its noise is none of the kind that is reckoned with in the recording's own samples, in which a likelihood then favours what is fast.
+    pub is_refuted: bool,
+    /// Whether it is what the search found, its noise being noise, its cycle the recorded one or its simulation close, and not what may stand in its place.
+    pub is_sure: bool,
+}
+
+/// What the ends of one attempt are judged by.
+pub struct Judge<'a> {
+    case: &'a Case<'a>,
+    attempt: &'a Attempt,
+    law: &'a Law,
+    /// The recordings in their own samples.
+    parts: &'a Parts,
+    /// Whether y rests on the steps of a coarse sensor as it was searched: a guessed plant may be any between them.
+    rests: bool,
+    /// What numbers were fitted to, of the first recording, and what proves.
+    train: Signals,
+    unseen: Option<Unseen>,
+}
+
+impl<'a> Judge<'a> {
+    /// Of an attempt at these recordings, and at what it searched of them.
+    pub fn new(
+        case: &'a Case<'_>,
+        attempt: &'a Attempt,
+        law: &'a Law,
+        parts: &'a Parts,
+        searched: &Parts,
+    ) -> Self {
+        let (train, unseen) = parts.shown();
+        Self { case, attempt, law, parts, rests: lattice::rests(&searched.recordings), train, unseen }
+    }
+
+    /// How well a loop simulates what nothing has seen.
+    pub fn simulated(&self, model: &Loop) -> Option<FitPct> {
+        match &self.unseen {
+            Some(unseen) => unseen.fit(model),
+            None => fit_pct(model, &self.train),
+        }
+    }
+
+    /// An end of the search beside this plant, judged; one in place of another has to simulate no worse than the least.
+    pub fn judged(&self, beside: &Identified, end: Found, least: Option<FitPct>) -> Tried {
+        stage::begins("intervals and proof", 0);
+        let fit = end.best.clone().unwrap_or_else(|| end.base.clone());
+        let fit = self.parts.showing(&fit).unwrap_or(fit);
+        let (is_noise, predicted) = (end.is_noise, end.predicted);
+        let is_coarse = beside.is_guessed && self.rests && end.quantum.is_none();
+        let is_any_named = end.best.is_some() || end.quantum.is_some();
+        let without = self.simulated(&conclude::loop_of(&end.base, self.case.nominal));
+        let found = self.concluded(end, &fit, beside);
+        let (model, shown) = self.shown(&found);
+        let trial = Trial {
+            found: &found,
+            fit: &fit,
+            shown: &shown,
+            model: &model,
+            seen: &self.train,
+            is_guessed: beside.is_guessed,
+            has_healthy: !self.case.healthy.is_empty(),
+            coloring: beside.data.coloring(),
+            predicted,
+            without: better(without, least),
+        };
+        let is_nothing = !found.physics.is_empty() && found.physics.iter().all(sentences::may_be_nothing);
+        // A simulation proves it whatever else is in y, unless the plant was guessed from the very u that drives it; so does a cycle that the loop makes with what was named, and not
+        // without it.
+        let is_proven = trial.proves() && (is_noise || !self.case.is_its_own_guess());
+        let is_sure = is_noise || trial.cycles_as_measured() || (is_proven && trial.explains_nearly_all());
+        let is_shown = if !is_any_named {
+            // The law is judged by its own error.
+            is_noise || !self.law.terms.is_empty() || trial.proves_numbers()
+        } else if self.attempt.is_further() || least.is_some() {
+            // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to.
+            is_proven || (is_noise && trial.confirms())
+        } else {
+            is_sure || is_proven
+        };
+        let stands =
+            is_shown && !is_coarse && !is_nothing && trial.passes() && (least.is_none() || trial.improves());
+        Tried {
+            found,
+            stands,
+            is_refuted: !is_noise && !self.attempt.is_further(),
+            names: is_any_named,
+            is_sure: is_sure && least.is_none(),
+        }
+    }
+
+    fn concluded(&self, end: Found, fit: &Fit, beside: &Identified) -> Diagnosis {
+        let conclusion = Conclusion {
+            stated: self.case.nominal,
+            law: self.law.clone(),
+            train: &self.train,
+            unseen: self.unseen.as_ref(),
+            sensor_sd: fit.rows.sensor_sd,
+            factor: self.attempt.factor,
+            not_used: self.parts.not_used,
+            result: end,
+            data: &beside.data,
+            is_guessed: beside.is_guessed,
+            options: self.case.options,
+        };
+        conclusion.diagnosis()
+    }
+
+    /// The improved loop, and what its simulations are held against.
+    fn shown(&self, found: &Diagnosis) -> (Loop, Signals) {
+        match &self.unseen {
+            Some(unseen) if found.improved.controller == Controller::Recorded => {
+                unseen.first_behind_play(&found.improved)
+            }
+            unseen => {
+                let shown = unseen.as_ref().map_or(&self.train, Unseen::first);
+                (found.improved.clone(), shown.clone())
+            }
+        }
+    }
+}
+
+/// The better of two simulations.
+fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.error() < a.error() { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}

@@ -34,8 +34,11 @@ pub enum Beside {
     Nothing,
     /// Loads and biases that come and go.
     ComingAndGoing(Vec<Term>),
-    /// Friction in an unknown motor and play behind it.
-    StickingMotor,
+    /// Friction in an unknown motor and play behind it, where that is likelier than what was found.
+    StickingMotor {
+        /// What was found, on the scale of the objective.
+        than: f64,
+    },
 }
 
 /// A search of the recordings.
@@ -76,10 +79,11 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
     let options = Options { inexact_share: INEXACT_SHARE, ..case.options.clone() };
     let case = &Case { options: &options, ..*case };
     let undecided = (!first.stands).then(|| first.found.clone().undecided());
+    let reached = first.reached;
     let mut best = Best::default();
     // What the recording's own samples show yields to what simulates far closer alone.
     best.keep(std::iter::once(first), CLOSER);
-    best.search(|| sticking_motor(case), 1.0);
+    best.search(|| sticking_motor(case, reached), 1.0);
     best.search(|| coarser(case), 1.0);
     // What comes and goes has so many numbers that it must simulate far closer than a term of the library.
     best.search(|| coming_and_going(case), 1.0 / CLOSER);
@@ -176,7 +180,7 @@ impl Tried {
         let others: Vec<Tried> = match (is_open, found.jumps_again(), is_motor) {
             (true, ..) => Vec::new(),
             (_, true, _) => coming_and_going(case).collect(),
-            (_, _, true) => sticking_motor(case).collect(),
+            (_, _, true) => sticking_motor(case, self.reached).collect(),
             _ => Vec::new(),
         };
         // Where causes are left, a simulation with one of them is no evidence against the others; one with several is a cause that was not among them.
@@ -214,11 +218,11 @@ fn factors(case: &Case<'_>) -> impl DoubleEndedIterator<Item = usize> + use<> {
 }
 
 /// The search for friction and play in an unknown motor, which only a known law's loop can prove.
-fn sticking_motor<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
+fn sticking_motor<'a>(case: &'a Case<'_>, than: f64) -> impl Iterator<Item = Tried> + 'a {
     let is_unknown = case.nominal.plant == Plant::Identify
         && case.nominal.controller != Controller::Recorded
         && case.healthy.is_empty();
-    let attempt = Attempt { beside: Beside::StickingMotor, ..Attempt::FIRST };
+    let attempt = Attempt { beside: Beside::StickingMotor { than }, ..Attempt::FIRST };
     is_unknown.then_some(attempt).into_iter().filter_map(|attempt| case.tried(&attempt))
 }
 

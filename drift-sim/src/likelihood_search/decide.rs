@@ -143,6 +143,12 @@ pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
     Decision { scored, set, named, chosen_among: 0 }
 }
 
+/// A fit's objective, with what the numbers of its candidates cost.
+pub fn priced(fit: &Fit) -> f64 {
+    let costs = (0..fit.hypothesis.candidates().len()).map(|candidate| cost_of(fit, candidate));
+    fit.objective() + 2.0 * costs.sum::<f64>()
+}
+
 /// What the numbers of a fit's candidate cost.
 pub fn cost_of(fit: &Fit, candidate: usize) -> f64 {
     cost(fit, candidate, 0, fit.rows.count as f64 * independent_share(fit))

@@ -11,6 +11,7 @@ use crate::stage;
 
 use super::attempts::Attempt;
 use super::conclude::{self, Conclusion};
+use super::decide::priced;
 use super::law::Law;
 use super::parts::Parts;
 use super::plants::Identified;
@@ -29,6 +30,8 @@ pub struct Tried {
     pub names: bool,
     /// Whether its noise is none of the kind that is reckoned with in the recording's own samples, in which a likelihood then favours what is fast.
     pub is_refuted: bool,
+    /// What the search came to, on the scale of the objective, the cost of its numbers in it.
+    pub reached: f64,
     /// Whether it is what the search found, its noise being noise, its cycle the recorded one or its simulation close, and not what may stand in its place.
     pub is_sure: bool,
 }
@@ -75,6 +78,7 @@ impl<'a> Judge<'a> {
         let fit = self.parts.showing(&fit).unwrap_or(fit);
         let (is_noise, predicted) = (end.is_noise, end.predicted);
         let is_coarse = beside.is_guessed && self.rests && end.quantum.is_none();
+        let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
         let is_any_named = end.best.is_some() || end.quantum.is_some();
         let without = self.simulated(&conclude::loop_of(&end.base, self.case.nominal));
         let found = self.concluded(end, &fit, beside);
@@ -112,6 +116,7 @@ impl<'a> Judge<'a> {
             stands,
             is_refuted: !is_noise && !self.attempt.is_further(),
             names: is_any_named,
+            reached,
             is_sure: is_sure && least.is_none(),
         }
     }

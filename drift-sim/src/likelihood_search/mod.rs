@@ -69,6 +69,7 @@ use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
 use attempts::{Attempt, Beside};
+use decide::priced;
 use glance::{Glance, Round};
 use judge::{Judge, Tried};
 use options::Options;
@@ -159,8 +160,11 @@ impl Case<'_> {
         let Searched { parts, healthy, model } = searched;
         let options = self.options;
         stage::begins("the plant's own numbers", 0);
-        if *beside == Beside::StickingMotor {
+        if let Beside::StickingMotor { than } = *beside {
             let (found, with) = sticking_motor::beside_play(model, parts, options)?;
+            if found.cost() + priced(&with) > than {
+                return None;
+            }
             let search = Search { data: &found.data, options, is_plant_open: true };
             let result = search.beside(found.nominal.clone(), with);
             return Some((found, result));

@@ -17,7 +17,7 @@ const STEPS: usize = 12;
 /// A decision without the kinds that all samples speak against; an empty one where none pays for its numbers on them.
 pub fn decided_again(decision: Decision, field: &Field, data: &Data, options: &Options) -> Decision {
     let Some(whole) = fitted_to_all(&decision.set, field, data) else { return decision };
-    let again = decide(&whole, options, f64::NEG_INFINITY, data.is_colored(), |_| None);
+    let again = decide(&whole, options, f64::NEG_INFINITY, data, |_| None);
     if again.set.is_empty() {
         return Decision { scored: decision.scored, ..Decision::default() };
     }

@@ -6,6 +6,7 @@ use crate::cores::AcrossCores as _;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::likelihood::Data;
+use crate::estimate::signals::Signals;
 use crate::physics::Term;
 
 use super::decide::cost_of;
@@ -31,13 +32,20 @@ pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<V
     let parts = Parts::new(case.recordings, None, case.options)?;
     let model = law::examine(case.nominal, &parts.recordings).model;
     // In the recording's own samples a load may be lost in what is fast.
+    let duration_s = parts.recordings.first().map_or(0.0, Signals::duration_s);
     let mut found = factors.into_iter().filter_map(|factor| {
         let Searched { parts, healthy, model } = Searched::of(&parts, case.healthy, &model, factor);
         let plants = plants::likeliest(&model, &parts.recordings, &parts.fitted, &healthy, case.options);
         let plant = plants.into_iter().next()?.refined()?;
         Some(found_beside(&plant.nominal, &plant.data, case.options.least_gain))
     });
-    found.find(|terms| !terms.is_empty())
+    found.find(|terms| comes_and_goes(terms, duration_s))
+}
+
+/// Whether anything comes and goes: what begins or ends once is a term of the library.
+fn comes_and_goes(terms: &[Term], duration_s: f64) -> bool {
+    let edges = terms.iter().flat_map(|term| &term.spans).flat_map(|(from, to)| [*from, *to]);
+    edges.filter(|edge| *edge > 0.0 && *edge < duration_s).count() > 1
 }
 
 /// What comes and goes beside a base, its edges where the recording is likeliest; none where nothing does, or nothing that pays for its times.

@@ -3,6 +3,7 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
+use crate::estimate::likelihood::Data;
 use crate::estimate::whiten::gain_by;
 use crate::physics::{Family, Kind, Starts};
 
@@ -97,10 +98,10 @@ pub fn decide(
     field: &Field,
     options: &Options,
     least: f64,
-    is_colored: bool,
+    data: &Data,
     unseen: impl Fn(&Rival) -> Option<f64>,
 ) -> Decision {
-    let scored = scored(field, is_colored);
+    let scored = scored(field, data.is_colored());
     let unseen = |best: &Scored| unseen(field.rivals.get(best.place).filter(|rival| rival.ended)?);
     let is_found = |best: &Scored| {
         best.score > least
@@ -113,12 +114,19 @@ pub fn decide(
     // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
     // makes a kind likelier by itself.
     let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
+    // What has changed since a loop was healthy and is there from the start has chosen no onset.
+    let is_there_from_the_start = |s: &Scored| {
+        let begins = matches!(s.kind.search, Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange);
+        let fit = field.rivals.get(s.place).map(|rival| &rival.fit);
+        fit.and_then(|fit| fit.point.onsets.last()).is_some_and(|onset| begins && *onset <= 0.0)
+    };
     // Of one family two kinds differ by what a model that is not exact may get wrong, and not by the load that stays beside them: dry friction beside a load does
     // what dry friction does that differs by the direction.
     let inexact = (options.inexact_share * best.gain).max(2.0 * options.margin);
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
+            || (data.has_healthy() && is_there_from_the_start(s) && s.gain > best.gain - options.margin)
             || (is_related(s) && s.gain + s.lost_to_load > best.gain - inexact)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();

@@ -139,7 +139,7 @@ impl Search<'_> {
                     let gained = (!self.is_plant_open).then(|| gained(&rival.fit, &field.base, self.data));
                     Some(gained??.independent)
                 };
-                let decision = decide(field, self.options, least, self.data.is_colored(), unseen);
+                let decision = decide(field, self.options, least, self.data, unseen);
                 if decision.named.is_none() && decision.set.len() > 1 {
                     all_samples::decided_again(decision, field, self.data, self.options)
                 } else {

@@ -18,6 +18,8 @@ use super::{Case, comes_and_goes};
 
 /// How many samples are taken as one.
 const COARSER: [usize; 6] = [3, 5, 7, 11, 15, 27];
+/// The same at most where nothing is known but one loop's recordings: unknown plants take the longest to search, and a simulation that their own u drives shows the least.
+const COARSEST_GUESS: usize = 3;
 /// Samples that must be left of the first recording.
 const LEAST_COARSE: usize = 100;
 /// Part of the best kind's gain by which another of its family may be behind it where the noise is none that is reckoned with: the machine is another than any of the hypotheses.
@@ -67,8 +69,8 @@ pub fn best(case: &Case<'_>) -> Option<Diagnosis> {
         let all = Options { enough_samples: usize::MAX, ..case.options.clone() };
         first = Case { options: &all, ..*case }.tried(&Attempt::FIRST)?;
     }
-    // Nothing is guaranteed of what was chosen by its simulation; and a plant that was guessed from the very u that drives its simulation follows it whatever is missing.
-    if case.options.guarantee.is_some() || case.is_its_own_guess() {
+    if case.options.guarantee.is_some() {
+        // Nothing is guaranteed of what was chosen by its simulation.
         return Some(if first.stands { first.found } else { first.found.undecided() });
     }
     // What a simulation alone shows may be all that is wrong, or all that a search in these samples can show.
@@ -214,7 +216,8 @@ fn coarser<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
 /// How many samples may be taken as one.
 fn factors(case: &Case<'_>) -> impl DoubleEndedIterator<Item = usize> + use<> {
     let samples = case.recordings.first().map_or(0, Signals::len);
-    COARSER.into_iter().filter(move |factor| samples / factor >= LEAST_COARSE)
+    let coarsest = if case.is_its_own_guess() { COARSEST_GUESS } else { usize::MAX };
+    COARSER.into_iter().filter(move |factor| *factor <= coarsest && samples / factor >= LEAST_COARSE)
 }
 
 /// The search for friction and play in an unknown motor, which only a known law's loop can prove.

@@ -5,7 +5,7 @@ use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::Data;
 use crate::estimate::whiten::gain_by;
-use crate::physics::{Family, Kind, Starts};
+use crate::physics::{Family, Kind, Place, Starts};
 
 use super::options::Options;
 use super::rivals::{Field, Rival};
@@ -91,6 +91,9 @@ pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
     scored
 }
 
+/// Log-likelihood by which two kinds that do the same differ at most.
+const AS_LIKELY: f64 = 1.0;
+
 /// Judges a field; `least` is what the best kind must gain at least on what was fitted to, after the cost of its numbers. Where it gains less than the options
 /// ask for, what it gains on the `unseen` samples, where that is told, may make up for it: chance gains a ratio of x there with a probability of 1 / x at most
 /// (see `prove`).
@@ -114,7 +117,8 @@ pub fn decide(
     // The cost of its numbers alone puts no kind aside that is as likely as the best one, and no other member of its family; the choice of an onset
     // makes a kind likelier by itself.
     let is_related = |s: &Scored| s.family.is_some() && s.family == best.family;
-    // What has changed since a loop was healthy and is there from the start has chosen no onset.
+    // At rest what an actuator lacks since a loop was healthy is a load that is there from the start, which has chosen no onset.
+    let may_be_a_load = data.has_healthy() && best.kind.place == Place::Actuator;
     let is_there_from_the_start = |s: &Scored| {
         let begins = matches!(s.kind.search, Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange);
         let fit = field.rivals.get(s.place).map(|rival| &rival.fit);
@@ -126,7 +130,7 @@ pub fn decide(
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
             || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
-            || (data.has_healthy() && is_there_from_the_start(s) && s.gain > best.gain - options.margin)
+            || (may_be_a_load && is_there_from_the_start(s) && s.gain > best.gain - AS_LIKELY)
             || (is_related(s) && s.gain + s.lost_to_load > best.gain - inexact)
     };
     let near: Vec<Scored> = scored.iter().copied().filter(is_near).collect();

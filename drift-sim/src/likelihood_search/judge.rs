@@ -98,14 +98,16 @@ impl<'a> Judge<'a> {
         let is_nothing = !found.physics.is_empty() && found.physics.iter().all(sentences::may_be_nothing);
         // A simulation proves it whatever else is in y, unless the plant was guessed from the very u that drives it; so does a cycle that the loop makes with what was named, and not
         // without it.
-        let is_proven = trial.proves() && (is_noise || !self.case.is_its_own_guess());
+        let is_own_guess = self.case.is_its_own_guess();
+        let is_proven = trial.proves() && (is_noise || !is_own_guess);
         let is_sure = is_noise || trial.cycles_as_measured() || (is_proven && trial.explains_nearly_all());
         let is_shown = if !is_any_named {
             // The law is judged by its own error.
             is_noise || !self.law.terms.is_empty() || trial.proves_numbers()
         } else if self.attempt.is_further() || least.is_some() {
-            // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to.
-            is_proven || (is_noise && trial.confirms())
+            // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to, and one that the
+            // plant was guessed from nearly all of it.
+            (is_proven || (is_noise && trial.confirms())) && (!is_own_guess || trial.explains_nearly_all())
         } else {
             is_sure || is_proven
         };

@@ -186,3 +186,22 @@ impl Edge {
         (next.objective() < fit.objective()).then_some(next)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A recording of 100 s: a load that begins at 17 s and stays is none that comes and goes; one that ends as well, or two that begin, are.
+    #[test]
+    fn what_begins_once_does_not_come_and_go() {
+        let on =
+            |spans: &[(f64, f64)]| Term::new("injected_signal", &[("level", 1.0)]).unwrap().within(spans);
+        let does = |terms: &[Term]| comes_and_goes(terms, 100.0);
+        assert!(!does(&[]));
+        assert!(
+            !does(&[on(&[(17.0, 100.0)])]) && !does(&[on(&[(0.0, 17.0)])]) && !does(&[on(&[(0.0, 100.0)])])
+        );
+        assert!(does(&[on(&[(17.0, 40.0)])]) && does(&[on(&[(0.0, 17.0), (40.0, 100.0)])]));
+        assert!(does(&[on(&[(17.0, 100.0)]), on(&[(40.0, 100.0)])]));
+    }
+}

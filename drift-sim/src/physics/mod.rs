@@ -372,6 +372,7 @@ fn every_plant(_: &Plant) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::{Output, Servo};
 
     #[test]
     fn names_are_unique_and_ties_name_kinds_that_exist() {
@@ -427,6 +428,17 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Where y integrates what drives it, a load that stays makes the ramp that a drifting sensor makes; where y keeps its level it makes an offset.
+    #[test]
+    fn a_drifting_sensor_is_of_a_loads_family_where_y_integrates() {
+        let motor = |output| Plant::Servo(Servo { output, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 });
+        let kind = |name: &str| Kind::named(name).unwrap();
+        let (drift, load) = (kind("sensor_drift"), kind("load_step"));
+        assert_eq!(drift.family_on(&motor(Output::Position)), load.family_on(&motor(Output::Position)));
+        assert_ne!(drift.family_on(&motor(Output::Speed)), load.family_on(&motor(Output::Speed)));
+        assert_eq!(kind("load_ramp").family_on(&motor(Output::Position)), Some(Family::Ramp));
     }
 
     #[test]

@@ -112,7 +112,7 @@ fn is_closed(found: &Diagnosis) -> bool {
 /// What a closed loop leaves of u, in per cent, below which no further search is made.
 const CLOSE_PCT: f64 = 5.0;
 
-/// Further searches in other samples that may be no better than the best one before the coarser ones are left.
+/// Searches in turn that may be no better than the best one before those that follow are left.
 const NO_BETTER: usize = 2;
 
 /// Of what stands that which simulates best; what is named comes before faults of the law and other numbers, and these before what is only placed; and what may not be nothing by

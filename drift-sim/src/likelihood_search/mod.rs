@@ -139,11 +139,12 @@ impl Case<'_> {
         let (mut found, mut result) = self.searched(&searched, &attempt.beside)?;
         let judge = Judge::new(self, attempt, &law, &parts, &searched.parts);
         let mut tried = judge.judged(&found, result.clone(), None);
-        if !tried.stands && attempt.beside == Beside::Nothing {
+        // No colored noise is asked for where a simulation shows nearly all.
+        if !(tried.stands && tried.is_sure) && attempt.beside == Beside::Nothing {
             let colored = under_coloring::searched(&found, &result, self.healthy.is_empty(), options);
-            if let Some((again, end)) = colored {
-                tried = judge.judged(&again, end.clone(), None);
-                (found, result) = (again, end);
+            let again = colored.map(|(again, end)| (judge.judged(&again, end.clone(), None), again, end));
+            if let Some(again) = again.filter(|(again, ..)| again.stands || !tried.stands) {
+                (tried, found, result) = again;
             }
         }
         if tried.stands {

@@ -109,7 +109,7 @@ fn is_closed(found: &Diagnosis) -> bool {
     found.nominal.controller != Controller::Recorded
 }
 
-/// What a closed loop leaves of u, in per cent, below which no further search is made.
+/// What a closed loop leaves of u, in per cent, below which no further search is made: a real drive (EMPS) with its friction leaves 3.1; with a wave in place of pulses that were missed, 53.
 const CLOSE_PCT: f64 = 5.0;
 
 /// Searches in turn that may be no better than the best one before those that follow are left.
@@ -136,16 +136,16 @@ impl Best {
         }
     }
 
-    fn is_beaten_by(&self, (rank, error): ((usize, bool), f64)) -> bool {
-        self.0.as_ref().is_none_or(|(of, least, _)| rank < *of || (rank == *of && error < *least))
-    }
-
     /// The same of a search that is made only where none has led to a closed loop that follows what was measured.
     fn search<I: Iterator<Item = Tried>>(&mut self, search: impl FnOnce() -> I, counts: f64) {
         let is_close = |found: &Diagnosis| is_closed(found) && error_pct(found) < CLOSE_PCT;
         if !self.0.as_ref().is_some_and(|(.., found)| is_close(found)) {
             self.keep(search(), counts);
         }
+    }
+
+    fn is_beaten_by(&self, (rank, error): ((usize, bool), f64)) -> bool {
+        self.0.as_ref().is_none_or(|(of, least, _)| rank < *of || (rank == *of && error < *least))
     }
 
     fn found(self) -> Option<Diagnosis> {

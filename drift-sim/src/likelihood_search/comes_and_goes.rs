@@ -31,8 +31,8 @@ pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<V
     }
     let parts = Parts::new(case.recordings, None, case.options)?;
     let model = law::examine(case.nominal, &parts.recordings).model;
-    // In the recording's own samples a load may be lost in what is fast.
     let duration_s = parts.recordings.first().map_or(0.0, Signals::duration_s);
+    // In the recording's own samples a load may be lost in what is fast.
     let mut found = factors.into_iter().filter_map(|factor| {
         let Searched { parts, healthy, model } = Searched::of(&parts, case.healthy, &model, factor);
         let plants = plants::likeliest(&model, &parts.recordings, &parts.fitted, &healthy, case.options);

@@ -8,7 +8,7 @@ use crate::estimate::whiten::gain_by;
 use crate::physics::{Family, Kind, Place, Starts};
 
 use super::options::Options;
-use super::rivals::{Field, Rival};
+use super::rivals::{Field, Rival, begins_at_once, grows};
 
 /// Past innovations from which noise that is of another kind than is reckoned with is foretold.
 pub const COLORED: usize = 10;
@@ -91,7 +91,7 @@ pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
     scored
 }
 
-/// Log-likelihood by which two kinds that do the same differ at most.
+/// Log-likelihood by which two kinds that do the same differ at most: a dead zone and a load on two resting heaters (`.ci/wide 639`) by 0.1, or less.
 const AS_LIKELY: f64 = 1.0;
 
 /// Judges a field; `least` is what the best kind must gain at least on what was fitted to, after the cost of its numbers. Where it gains less than the options
@@ -120,9 +120,8 @@ pub fn decide(
     // At rest what an actuator lacks since a loop was healthy is a load that is there from the start, which has chosen no onset.
     let may_be_a_load = data.has_healthy() && best.kind.place == Place::Actuator;
     let is_there_from_the_start = |s: &Scored| {
-        let begins = matches!(s.kind.search, Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange);
         let fit = field.rivals.get(s.place).map(|rival| &rival.fit);
-        fit.and_then(|fit| fit.point.onsets.last()).is_some_and(|onset| begins && *onset <= 0.0)
+        fit.and_then(|fit| fit.point.onsets.last()).is_some_and(|onset| has_onset(s.kind) && *onset <= 0.0)
     };
     // Of one family two kinds differ by what a model that is not exact may get wrong, and not by the load that stays beside them: dry friction beside a load does
     // what dry friction does that differs by the direction.
@@ -173,12 +172,15 @@ fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
         |i: &usize| matches!(hypothesis.free.get(*i).map(|free| free.target), Some(Target::Onset(_)));
     let numbers = hypothesis.places_of(candidate).iter().filter(|i| !is_onset(i)).count();
     let numbers = numbers.saturating_sub(idle) as f64;
-    let times = hypothesis.candidates().get(candidate).map_or(0, |term| match term.kind.search {
-        _ if !term.spans.is_empty() => 2 * term.spans.len(),
-        Starts::Onset(_) | Starts::Ramp(_) | Starts::NoiseChange => 1,
-        _ => 0,
+    let times = hypothesis.candidates().get(candidate).map_or(0, |term| {
+        if term.spans.is_empty() { usize::from(has_onset(term.kind)) } else { 2 * term.spans.len() }
     });
     cost_of_numbers(numbers + ONSET_COSTS * times as f64, samples)
+}
+
+/// Whether a kind begins at a time that was chosen for it.
+fn has_onset(kind: &Kind) -> bool {
+    begins_at_once(kind) || grows(kind)
 }
 
 /// Half a logarithm of the samples for each number, as in Schwarz's criterion.

@@ -4,7 +4,7 @@
 //! u (`law`); the plant's numbers and the noise, a slow random load among it, are fitted (`plants`, `nominal`); every kind of physics is fitted
 //! beside them, all in one likelihood (`starts`, `rivals`, on [`crate::estimate`]); what can't be told from the best one is the **set**, and one
 //! kind, or one family, that is left alone in it is named (`decide`); what was named must gain on what nothing has seen (`prove`). A second
-//! effect is looked for beside the first (`search`). `conclude` makes the report, and `simulates` holds it against a simulation of what nothing has seen. Numbers that
+//! effect is looked for beside the first (`search`). `conclude` makes the report, `simulates` holds it against a simulation of what nothing has seen, and `judge` says whether it stands. Numbers that
 //! decide are in [`options`]. Where what is left is no noise of the kind that is reckoned with, or where the simulation says otherwise, `attempts` goes on: in coarser
 //! samples, beside what comes and goes, from a motor that sticks and plays.
 
@@ -141,7 +141,7 @@ impl Case<'_> {
         let mut tried = judge.judged(&found, result.clone(), None);
         // No colored noise is asked for where a simulation shows nearly all.
         if !(tried.stands && tried.is_sure) && attempt.beside == Beside::Nothing {
-            let colored = under_coloring::searched(&found, &result, self.healthy.is_empty(), options);
+            let colored = under_coloring::searched(&found, &result, options);
             let again = colored.map(|(again, end)| (judge.judged(&again, end.clone(), None), again, end));
             if let Some(again) = again.filter(|(again, ..)| again.stands || !tried.stands) {
                 (tried, found, result) = again;
@@ -204,7 +204,7 @@ impl Case<'_> {
 const GOING_ON: usize = 10;
 
 /// A fit a few steps on.
-pub fn gone_on(mut fit: Fit, data: &Data) -> Fit {
+fn gone_on(mut fit: Fit, data: &Data) -> Fit {
     let fixed = rivals::stuck(&fit.hypothesis);
     fit.descend(data, GOING_ON, &fixed);
     fit

@@ -327,19 +327,23 @@ impl Search<'_> {
         let Some(without) = without(&best, 0, self.data) else { return };
         let Some(again) = field(&without, self.data, Round::Later(self.options.least_gain)) else { return };
         let decision = self.decide(&again, f64::NEG_INFINITY);
-        let Some((place, tied)) = decision.named else { return };
-        let Some(Rival { fit, .. }) = again.rivals.get(place) else { return };
+        let Some((place, tied)) = decision.named.clone() else { return };
+        let Some(Rival { kind, fit, .. }) = again.rivals.get(place) else { return };
         // Without the first term the second may be lost in what is left: what was found beside it explains less then than both did.
-        let priced = |fit: &Fit, candidate: usize| fit.objective() + 2.0 * cost_of(fit, candidate);
-        if priced(fit, 1) > priced(&best, 0) + 2.0 * self.options.margin {
+        let with_cost_of = |fit: &Fit, candidate: usize| fit.objective() + 2.0 * cost_of(fit, candidate);
+        if with_cost_of(fit, 1) > with_cost_of(&best, 0) + 2.0 * self.options.margin {
             return;
         }
-        let gain = decision.scored.iter().find(|s| s.place == place).map_or(0.0, |s| s.score);
         found.best = Some(fit.clone());
         // The order of the candidates is that of the fit: the second comes first now.
         found.named.swap(0, 1);
         if let Some(last) = found.named.last_mut() {
-            *last = Choice { tied, gain, unseen: choice.unseen, among: decision.chosen_among };
+            *last = Choice {
+                tied,
+                gain: decision.score(kind),
+                unseen: choice.unseen,
+                among: decision.chosen_among,
+            };
         }
     }
 

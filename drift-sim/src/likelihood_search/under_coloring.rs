@@ -13,12 +13,7 @@ use super::{gone_on, rivals};
 
 /// The search beside a guessed plant under noise that is colored as what the likeliest of its fits left; `None` where that left noise, where nothing is named then, or where what is
 /// left is no noise either.
-pub fn searched(
-    found: &Identified,
-    ended: &Found,
-    is_plant_open: bool,
-    options: &Options,
-) -> Option<(Identified, Found)> {
+pub fn searched(found: &Identified, ended: &Found, options: &Options) -> Option<(Identified, Found)> {
     if ended.is_noise || !found.is_guessed {
         return None;
     }
@@ -35,6 +30,7 @@ pub fn searched(
         }
     }
     let field = glance.sketched(&data).finished(&nominal, &data)?;
+    let is_plant_open = !data.has_healthy();
     let result = Search { data: &data, options, is_plant_open }.run(field);
     let is_found = result.is_noise && !result.named.is_empty();
     is_found.then_some((Identified { nominal, data, is_guessed: true }, result))

@@ -84,7 +84,7 @@ impl Plant {
     }
 
     /// Whether y is nothing but the drive's integral.
-    pub fn is_integrator(&self) -> bool {
+    fn is_integrator(&self) -> bool {
         matches!(self, Self::TransferFunction(p) if p.den.len() == 2 && p.den.last() == Some(&0.0))
     }
 

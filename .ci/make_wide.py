@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the cases of the sibling generator's wide.py, the same as it makes them itself, and writes beside each what is true.
 
-usage: make_wide.py GENERATOR_DIR OUT --seed N --count N [--know WORD,WORD...]
+usage: make_wide.py GENERATOR_DIR OUT --seed N --count N [--know WORD,WORD...] [--excite WORD,WORD...]
 
 truth.toml is the loop file with the true numbers and terms; the law is the one that loop.toml states. wide.py writes none, so that
 its calls are watched: the family that it draws, and the effects that it simulates last before it writes the loop file.
@@ -71,6 +71,15 @@ def true_plant(g, family, stated, number):
     return plant
 
 
+def chosen(words, among):
+    """The words that were asked for, of those that the generator knows; all where none was."""
+    words = words.split(",") if words else among
+    unknown = [word for word in words if word not in among]
+    if unknown:
+        sys.exit(f"make_wide.py: no '{unknown[0]}'; {', '.join(dict.fromkeys(among))}")
+    return words
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("generator")
@@ -78,6 +87,7 @@ def main():
     parser.add_argument("--seed", required=True)
     parser.add_argument("--count", required=True)
     parser.add_argument("--know")
+    parser.add_argument("--excite")
     asked = parser.parse_args()
     sys.path.insert(0, asked.generator)
     import generate as g
@@ -104,12 +114,7 @@ def main():
         loop_file.write(os.path.join(os.path.dirname(path), "truth.toml"), ts, nominal["units"], nominal["controller"], plant, seen["noise"], terms)
 
     wide.family, g.simulate, g.toml = watched_family, watched_simulate, watched_toml
-    if asked.know:
-        chosen = asked.know.split(",")
-        unknown = [word for word in chosen if word not in wide.KNOW]
-        if unknown:
-            sys.exit(f"make_wide.py: no '{unknown[0]}'; {', '.join(wide.KNOW)}")
-        wide.KNOW = chosen
+    wide.KNOW, wide.EXCITE = chosen(asked.know, wide.KNOW), chosen(asked.excite, wide.EXCITE)
     sys.argv = ["wide.py", asked.out, "--seed", asked.seed, "--count", asked.count]
     wide.main()
 

@@ -52,8 +52,7 @@ def make(asked):
             np.savez(os.path.join(os.path.dirname(path), "run.npz"), usual_low=usual["r"].min(), usual_high=usual["r"].max(), **run)
 
     g.simulate, g.write_csv, wide.family = kept, written, kept_family
-    wide.EXCITE = asked.excite.split(",")
-    sys.argv = ["make_wide.py", asked.generator, asked.out, "--seed", str(asked.seed), "--count", str(asked.count), "--know", asked.know]
+    sys.argv = ["make_wide.py", asked.generator, asked.out, "--seed", str(asked.seed), "--count", str(asked.count), "--know", asked.know, "--excite", asked.excite]
     runpy.run_path(os.path.join(HERE, "make_wide.py"), run_name="__main__")
     g.simulate, g.write_csv = simulate, write_csv
     return g

@@ -382,6 +382,23 @@ fn no_recording_is_one_line() {
     assert_eq!(error, "there is no recording to diagnose");
 }
 
+/// Dry friction that was there when the loop was healthy is the motor's own and has not come since; where it was not, it has.
+#[test]
+#[ignore = "slow: two diagnoses"]
+fn what_was_there_when_the_loop_was_healthy_has_not_come_since() {
+    let truth = Loop::parse(MOTOR, "loop.toml").unwrap();
+    let friction = [Term::new("coulomb_friction", &[("level", 0.05)]).unwrap()];
+    let since = |then: &[Term]| {
+        let (then, now) = (recorded(&truth, then, 1), recorded(&truth, &friction, 2));
+        let found = diagnose_since(&[then], &[now], None, &stated(MOTOR), &Options::default()).unwrap();
+        let named: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
+        (found.verdict, named)
+    };
+    let (verdict, named) = since(&friction);
+    assert!(named.is_empty() && verdict != Verdict::Located, "{named:?} {verdict:?}");
+    assert_eq!(since(&[]), (Verdict::MissingPhysics, vec!["coulomb_friction"]));
+}
+
 /// With a guarantee of 20 % the truth is lost in at most a fifth of the runs (of 20: at most 8 with a probability of 99 %, binomially), a
 /// strong effect is named, and a healthy loop is not accused.
 #[test]

@@ -127,6 +127,12 @@ impl Data {
         Self { healthy_from: from, ..self }
     }
 
+    /// The same recordings, none of which is taken as healthy.
+    #[must_use]
+    pub fn with_all_alike(&self) -> Self {
+        self.clone().with_healthy(self.recordings.len())
+    }
+
     /// The same recordings under noise of this coloring besides.
     #[must_use]
     pub fn colored(self, coloring: Whitener) -> Self {

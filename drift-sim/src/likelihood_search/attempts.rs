@@ -18,7 +18,8 @@ use super::{Case, comes_and_goes};
 
 /// How many samples are taken as one.
 const COARSER: [usize; 6] = [3, 5, 7, 11, 15, 27];
-/// The same at most where nothing is known but one loop's recordings: unknown plants take the longest to search, and a simulation that their own u drives shows the least.
+/// The same at most where neither law nor plant is known: unknown plants take the longest to search, a simulation that their own u drives shows the least, and the mean of
+/// more samples of u has answered to y's in it, which looks like a delay.
 const COARSEST_GUESS: usize = 3;
 /// Samples that must be left of the first recording.
 const LEAST_COARSE: usize = 100;
@@ -216,7 +217,7 @@ fn coarser<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a {
 /// How many samples may be taken as one.
 fn factors(case: &Case<'_>) -> impl DoubleEndedIterator<Item = usize> + use<> {
     let samples = case.recordings.first().map_or(0, Signals::len);
-    let coarsest = if case.is_its_own_guess() { COARSEST_GUESS } else { usize::MAX };
+    let coarsest = if case.is_guess() { COARSEST_GUESS } else { usize::MAX };
     COARSER.into_iter().filter(move |factor| *factor <= coarsest && samples / factor >= LEAST_COARSE)
 }
 

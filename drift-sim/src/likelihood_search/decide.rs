@@ -179,7 +179,7 @@ fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
 }
 
 /// Whether a kind begins at a time that was chosen for it.
-fn has_onset(kind: &Kind) -> bool {
+pub fn has_onset(kind: &Kind) -> bool {
     begins_at_once(kind) || grows(kind)
 }
 

@@ -247,8 +247,9 @@ impl Beside<'_> {
             // There are many of these starts, and the best of them goes on.
             return descended(begin, self.data, 1);
         }
+        // A wave is followed however far behind it seems: where a loop rests the plant's numbers answer to it in the wave's place, and what they miss without it is far more.
         let is_wave = matches!(kind.search, Starts::Wave(_));
-        if is_wave && !self.is_behind && begin.score > LEADS {
+        if is_wave && begin.score > LEADS {
             return descended(begin, self.data, SHORT);
         }
         let slid = self.base.slid(begin, SLIDES, &stuck(&begin.hypothesis));

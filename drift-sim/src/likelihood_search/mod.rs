@@ -118,11 +118,14 @@ impl Searched {
 }
 
 impl Case<'_> {
-    /// Whether nothing is known but one loop's recordings: neither a law that closes it, nor a plant, nor how it was when it was healthy.
+    /// Whether neither a law that closes the loop is known nor a plant.
+    fn is_guess(&self) -> bool {
+        self.nominal.controller == Controller::Recorded && self.nominal.plant == Plant::Identify
+    }
+
+    /// Whether nothing is known but one loop's recordings, not even how it was when it was healthy.
     fn is_its_own_guess(&self) -> bool {
-        self.nominal.controller == Controller::Recorded
-            && self.nominal.plant == Plant::Identify
-            && self.healthy.is_empty()
+        self.is_guess() && self.healthy.is_empty()
     }
 
     /// One attempt, from the law to the trial; `None` where it can't be made.
@@ -195,7 +198,7 @@ impl Case<'_> {
             (found, first)
         };
         let search = Search { data: &found.data, options, is_plant_open };
-        let result = search.run(search.with_own_lags(first));
+        let result = search.run(search.with_own_terms(first));
         Some((found, result))
     }
 }

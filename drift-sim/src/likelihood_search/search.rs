@@ -7,7 +7,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::all_samples;
-use super::decide::{Decision, Scored, cost_of, decide, independent_share};
+use super::decide::{Decision, Scored, cost_of, decide, has_onset, independent_share};
 use super::glance::Round;
 use super::guarantee::decide_surely;
 use super::nominal;
@@ -25,8 +25,8 @@ const LEAST_INDEPENDENT: f64 = 0.6;
 /// Part beside the likeliest kind below which they do not: of 130 searches, 30 of them of real recordings, none that began below 0.3 came to the part above.
 const BEYOND_REPAIR: f64 = 0.25;
 
-/// Late responses that a plant may have of its own.
-const OWN_LAGS: usize = 2;
+/// Terms that a plant may have of its own.
+const OWN_TERMS: usize = 2;
 
 /// The search on one nominal fit.
 pub struct Search<'a> {
@@ -212,7 +212,9 @@ impl Search<'_> {
             if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
                 break;
             }
-            if self.is_lost_in_raggedness(&decision, &next) {
+            let was_there = self.data.has_healthy()
+                && named(&decision, &next).is_some_and(|rival| self.as_it_was(rival).is_some());
+            if was_there || self.is_lost_in_raggedness(&decision, &next) {
                 break;
             }
             let before = found.named.len();
@@ -228,27 +230,41 @@ impl Search<'_> {
 
     /// Whether what a decision names gains no more than a ragged likelihood may.
     fn is_lost_in_raggedness(&self, decision: &Decision, field: &Field) -> bool {
-        let Some(rival) = decision.named.as_ref().and_then(|(place, _)| field.rivals.get(*place)) else {
-            return false;
-        };
+        let Some(rival) = named(decision, field) else { return false };
         let score = decision.score(rival.kind);
         [&field.base, &rival.fit].iter().any(|fit| score < shaken(fit, self.data))
     }
 
-    /// A field beside a plant to which the late responses belong that lead one after the other.
-    pub fn with_own_lags(&self, mut field: Field) -> Field {
-        if !self.is_plant_open {
+    /// A field beside a plant to which those terms belong that lead one after the other and may be its own: late responses where nothing tells how late it was, and what was
+    /// there when it was healthy.
+    pub fn with_own_terms(&self, mut field: Field) -> Field {
+        if !self.is_plant_open && !self.data.has_healthy() {
             return field;
         }
-        for _ in 0..OWN_LAGS {
+        for _ in 0..OWN_TERMS {
             let decision = self.decide(&field, f64::NEG_INFINITY);
-            let lag = names_a_lag(&decision, &field);
-            let Some(base) = lag.and_then(|rival| with_last_stated(&rival.fit, self.data)) else { break };
+            let own = if self.is_plant_open {
+                names_a_lag(&decision, &field).map(|rival| rival.fit.clone())
+            } else {
+                named(&decision, &field).and_then(|rival| self.as_it_was(rival))
+            };
+            let Some(base) = own.and_then(|fit| with_last_stated(&fit, self.data)) else { break };
             let round = Round::First(self.options.least_gain);
             let Some(next) = rivals::field(&base, self.data, round) else { break };
             field = next;
         }
         field
+    }
+
+    /// A rival's fit with its kind in the healthy recordings, too, where that is likelier: it is none that came since.
+    fn as_it_was(&self, rival: &Rival) -> Option<Fit> {
+        if has_onset(rival.kind) {
+            return None;
+        }
+        let all = self.data.with_all_alike();
+        let mut fit = Fit::at(&rival.fit.hypothesis, &rival.fit.point, &all)?;
+        fit.descend(&all, REFIT_STEPS, &rivals::stuck(&fit.hypothesis));
+        (fit.objective() < rival.fit.objective()).then_some(fit)
     }
 
     /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.
@@ -447,10 +463,15 @@ fn earlier(target: Target, gone: usize) -> Target {
     }
 }
 
-/// The rival that a decision names, where it is a late response.
-fn names_a_lag<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
+/// The rival that a decision names.
+fn named<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
     let (place, _) = decision.named.as_ref()?;
-    field.rivals.get(*place).filter(|rival| rival.kind.family == Some(Family::Lag))
+    field.rivals.get(*place)
+}
+
+/// The same, where it is a late response.
+fn names_a_lag<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
+    named(decision, field).filter(|rival| rival.kind.family == Some(Family::Lag))
 }
 
 /// Part of the drive's variance that is u's.

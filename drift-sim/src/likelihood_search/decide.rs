@@ -92,7 +92,7 @@ pub fn scored(field: &Field, is_colored: bool) -> Vec<Scored> {
 }
 
 /// Log-likelihood by which two kinds that do the same differ at most: a dead zone and a load on two resting heaters (`.ci/wide 639`) by 0.1, or less.
-const AS_LIKELY: f64 = 1.0;
+pub const AS_LIKELY: f64 = 1.0;
 
 /// Judges a field; `least` is what the best kind must gain at least on what was fitted to, after the cost of its numbers. Where it gains less than the options
 /// ask for, what it gains on the `unseen` samples, where that is told, may make up for it: chance gains a ratio of x there with a probability of 1 / x at most

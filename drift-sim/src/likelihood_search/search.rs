@@ -7,7 +7,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::all_samples;
-use super::decide::{Decision, Scored, cost_of, decide, has_onset, independent_share};
+use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
 use super::glance::Round;
 use super::guarantee::decide_surely;
 use super::nominal;
@@ -256,7 +256,8 @@ impl Search<'_> {
         field
     }
 
-    /// A rival's fit with its kind in the healthy recordings, too, where that is likelier: it is none that came since.
+    /// A rival's fit with its kind in the healthy recordings, too, where these speak for it: it is none that came since. Where they say nothing of it, as of a limit that u reaches
+    /// now alone, it may have.
     fn as_it_was(&self, rival: &Rival) -> Option<Fit> {
         if has_onset(rival.kind) {
             return None;
@@ -264,7 +265,7 @@ impl Search<'_> {
         let all = self.data.with_all_alike();
         let mut fit = Fit::at(&rival.fit.hypothesis, &rival.fit.point, &all)?;
         fit.descend(&all, REFIT_STEPS, &rivals::stuck(&fit.hypothesis));
-        (fit.objective() < rival.fit.objective()).then_some(fit)
+        (fit.objective() + 2.0 * AS_LIKELY < rival.fit.objective()).then_some(fit)
     }
 
     /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.

@@ -235,8 +235,8 @@ impl Search<'_> {
         [&field.base, &rival.fit].iter().any(|fit| score < shaken(fit, self.data))
     }
 
-    /// A field beside a plant to which those terms belong that lead one after the other and may be its own: late responses where nothing tells how late it was, and what was
-    /// there when it was healthy.
+    /// A field beside an unknown plant to which those terms belong that lead one after the other and may be its own: late responses where nothing tells how late it was, and
+    /// what was there when it was healthy.
     pub fn with_own_terms(&self, mut field: Field) -> Field {
         if !self.is_plant_open && !self.data.has_healthy() {
             return field;
@@ -256,10 +256,10 @@ impl Search<'_> {
         field
     }
 
-    /// A rival's fit with its kind in the healthy recordings, too, where these speak for it: it is none that came since. Where they say nothing of it, as of a limit that u reaches
-    /// now alone, it may have.
+    /// A rival's fit with its kind in the healthy recordings, too, where these speak for it: it is an unknown plant's own, and none that came since. Where they say nothing of it, as of
+    /// a limit that u reaches now alone, it may have. A stated plant lacks it, whenever it came.
     fn as_it_was(&self, rival: &Rival) -> Option<Fit> {
-        if has_onset(rival.kind) {
+        if has_onset(rival.kind) || !rival.fit.hypothesis.is_guessed {
             return None;
         }
         let all = self.data.with_all_alike();

@@ -398,6 +398,7 @@ fn what_was_there_when_the_loop_was_healthy_has_not_come_since() {
     let unknown = Loop { plant: Plant::Identify, ..truth.clone() };
     let found = since(&friction, &unknown);
     assert!(found.physics.is_empty() && found.verdict != Verdict::Located, "{:?}", found.verdict);
+    assert!(found.parameters.iter().any(|own| own.name.contains("friction.")), "{:?}", found.parameters);
     assert!(is_friction(&since(&[], &unknown)));
     assert!(is_friction(&since(&friction, &stated(MOTOR))));
 }

@@ -49,7 +49,7 @@ pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Opti
         .collect()
 }
 
-/// The plant's numbers of a fit and the load that stays, which an offset takes in where the plant has one; with where they came from and their
+/// The plant's numbers of a fit, those of its own terms and the load that stays, which an offset takes in where the plant has one; with where they came from and their
 /// half widths, which are given for all numbers of the fit.
 pub(super) fn numbers(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
     let offset = fit.hypothesis.numbers.iter().find(|number| number.role == Role::Offset);
@@ -66,6 +66,10 @@ pub(super) fn numbers(fit: &Fit, widths: &[f64]) -> Vec<Refitted> {
                 (format!("plant.{}", offset.name), offset.value, value, half_width)
             }
             (Target::Plant(_) | Target::InputGain(_) | Target::ConstantLoad, _) => {
+                (free.name.clone(), free.from, value, half_width)
+            }
+            // A term that an unknown plant has of its own.
+            (Target::Term { term, .. }, _) if term < fit.hypothesis.stated => {
                 (free.name.clone(), free.from, value, half_width)
             }
             _ => return None,

@@ -209,12 +209,7 @@ impl Search<'_> {
             let round = Round::Later(least.max(self.options.least_gain));
             let Some(next) = field(&best, self.data, round) else { break };
             let decision = self.decide(&next, least);
-            if self.is_plant_open && names_a_lag(&decision, &next).is_some() {
-                break;
-            }
-            let was_there = self.data.has_healthy()
-                && named(&decision, &next).is_some_and(|rival| self.as_it_was(rival).is_some());
-            if was_there || self.is_lost_in_raggedness(&decision, &next) {
+            if self.plants_own(&decision, &next).is_some() || self.is_lost_in_raggedness(&decision, &next) {
                 break;
             }
             let before = found.named.len();
@@ -235,19 +230,14 @@ impl Search<'_> {
         [&field.base, &rival.fit].iter().any(|fit| score < shaken(fit, self.data))
     }
 
-    /// A field beside an unknown plant to which those terms belong that lead one after the other and may be its own: late responses where nothing tells how late it was, and
-    /// what was there when it was healthy.
+    /// A field beside an unknown plant to which those terms belong that lead one after the other and may be its own.
     pub fn with_own_terms(&self, mut field: Field) -> Field {
-        if !self.is_plant_open && !self.data.has_healthy() {
+        if !field.base.hypothesis.is_guessed {
             return field;
         }
         for _ in 0..OWN_TERMS {
             let decision = self.decide(&field, f64::NEG_INFINITY);
-            let own = if self.is_plant_open {
-                names_a_lag(&decision, &field).map(|rival| rival.fit.clone())
-            } else {
-                named(&decision, &field).and_then(|rival| self.as_it_was(rival))
-            };
+            let own = self.plants_own(&decision, &field);
             let Some(base) = own.and_then(|fit| with_last_stated(&fit, self.data)) else { break };
             let round = Round::First(self.options.least_gain);
             let Some(next) = rivals::field(&base, self.data, round) else { break };
@@ -256,10 +246,15 @@ impl Search<'_> {
         field
     }
 
-    /// A rival's fit with its kind in the healthy recordings, too, where these speak for it: it is an unknown plant's own, and none that came since. Where they say nothing of it, as of
-    /// a limit that u reaches now alone, it may have. A stated plant lacks it, whenever it came.
-    fn as_it_was(&self, rival: &Rival) -> Option<Fit> {
-        if has_onset(rival.kind) || !rival.fit.hypothesis.is_guessed {
+    /// What a decision names, where it may be an unknown plant's own, fitted as such: a late response where nothing tells how late the plant was; else a kind in the healthy
+    /// recordings, too, where these speak for it. Where they say nothing of it, as of a limit that u reaches now alone, it may have come since. A stated plant lacks it, whenever it
+    /// came.
+    fn plants_own(&self, decision: &Decision, field: &Field) -> Option<Fit> {
+        let rival = named(decision, field)?;
+        if self.is_plant_open {
+            return (rival.kind.family == Some(Family::Lag)).then(|| rival.fit.clone());
+        }
+        if !rival.fit.hypothesis.is_guessed || has_onset(rival.kind) {
             return None;
         }
         let all = self.data.with_all_alike();
@@ -468,11 +463,6 @@ fn earlier(target: Target, gone: usize) -> Target {
 fn named<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
     let (place, _) = decision.named.as_ref()?;
     field.rivals.get(*place)
-}
-
-/// The same, where it is a late response.
-fn names_a_lag<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
-    named(decision, field).filter(|rival| rival.kind.family == Some(Family::Lag))
 }
 
 /// Part of the drive's variance that is u's.

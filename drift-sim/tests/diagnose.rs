@@ -405,17 +405,21 @@ fn what_was_there_when_the_loop_was_healthy_has_not_come_since() {
 
 /// A limit that u reaches now alone is named: healthy recordings in which u stays below it say nothing of it.
 #[test]
-#[ignore = "slow: a diagnosis"]
+#[ignore = "slow: two diagnoses"]
 fn a_limit_is_named_that_healthy_recordings_do_not_reach() {
     let truth = Loop::parse(MOTOR, "loop.toml").unwrap();
     let limit = [Term::new("saturation", &[("lower", -6.0), ("upper", 6.0)]).unwrap()];
     let run = |sd: f64, seed: u64| recorded_over(reference(0.0, sd, 8000, seed), &truth, &limit, seed);
-    let (then, now) = (run(6.0, 1), run(30.0, 2));
+    let (then, now) = ([run(6.0, 1)], [run(30.0, 2)]);
     let reached = |signals: &Signals| signals.u.iter().any(|u| u.abs() > 6.0);
-    assert!(!reached(&then) && reached(&now));
-    let found = diagnose_since(&[then], &[now], None, &stated(MOTOR), &Options::default()).unwrap();
-    let named: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
-    assert_eq!(named, ["saturation"], "{:?}", found.verdict);
+    assert!(!then.iter().any(reached) && now.iter().any(reached));
+    // Of an unknown plant, whose own the limit may be.
+    let unknown = Loop { plant: Plant::Identify, ..truth.clone() };
+    for model in [stated(MOTOR), unknown] {
+        let found = diagnose_since(&then, &now, None, &model, &Options::default()).unwrap();
+        let named: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
+        assert_eq!(named, ["saturation"], "{:?}", found.verdict);
+    }
 }
 
 /// With a guarantee of 20 % the truth is lost in at most a fifth of the runs (of 20: at most 8 with a probability of 99 %, binomially), a

@@ -42,6 +42,7 @@ mod recording_shapes;
 mod recording_torn;
 mod refusals;
 mod report_pages;
+mod rounded_sensor;
 mod run_lengths;
 mod run_lengths_simulated;
 mod sentences;

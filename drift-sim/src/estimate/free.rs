@@ -32,6 +32,8 @@ pub enum Target {
     LoadTau,
     /// atanh of what stays of the sensor's noise.
     SensorRho,
+    /// Logarithm of the variance of the white noise that rounding adds, over the rest's.
+    SensorWhite,
 }
 
 /// A free number: its value is `from + scale*x`, or `from*exp(x)`.
@@ -239,7 +241,7 @@ pub fn of_noise(scales: &Scales, priors: &Priors) -> impl Iterator<Item = Free> 
         (Target::LoadTau, "load_tau", shortest, longest),
         (Target::SensorRho, "sensor_rho", -1.0, priors.most_rho_atanh),
     ];
-    numbers.into_iter().map(|(target, name, low, high)| Free {
+    let own = numbers.into_iter().map(|(target, name, low, high)| Free {
         target,
         name: name.into(),
         from: 0.0,
@@ -248,6 +250,35 @@ pub fn of_noise(scales: &Scales, priors: &Priors) -> impl Iterator<Item = Free> 
         high,
         step: NOISE_STEP,
         prior: None,
+        smooth: true,
+    });
+    own.chain(scales.y_step.and_then(|step| of_rounding(step, scales.noise)))
+}
+
+/// Prior deviation of the logarithm of what rounding adds to the sensor's noise: of colored noise second differences show a part.
+const ROUNDING_LOG: f64 = 1.5;
+/// Greatest variance that rounding adds, over the rest's.
+const MOST_ROUNDING: f64 = 16.0;
+
+/// Part of the fast noise's variance below which what rounding adds is none that counts: that of a step of a quarter of its deviation.
+const LEAST_ROUNDING: f64 = 0.005;
+
+/// The white noise that rounding adds: a twelfth of the step's square, beside what second differences show of the rest.
+fn of_rounding(step: f64, noise: f64) -> Option<Free> {
+    let added = step * step / 12.0;
+    if added < LEAST_ROUNDING * noise * noise {
+        return None;
+    }
+    let rest = (noise * noise - added).max(added / MOST_ROUNDING);
+    Some(Free {
+        target: Target::SensorWhite,
+        name: "sensor_white".into(),
+        from: libm::log(added / rest),
+        scale: 1.0,
+        low: -FAR,
+        high: FAR,
+        step: NOISE_STEP,
+        prior: Some(ROUNDING_LOG),
         smooth: true,
     })
 }
@@ -259,5 +290,5 @@ pub fn is_of_loop(target: Target) -> bool {
 
 /// Whether a number is the noise's.
 pub fn is_noise(target: Target) -> bool {
-    matches!(target, Target::LoadSize | Target::LoadTau | Target::SensorRho)
+    matches!(target, Target::LoadSize | Target::LoadTau | Target::SensorRho | Target::SensorWhite)
 }

@@ -7,7 +7,7 @@
 use nalgebra::DMatrix;
 
 use super::linear_part::LinearPart;
-use super::noise::{Noise, WHITE};
+use super::noise::Noise;
 use super::rest::{Covariance, LOAD, Law, SENSOR};
 
 /// Relative change of a gain from one sample to the next below which the gains have settled.
@@ -105,6 +105,7 @@ fn of_width<const N: usize>(
     p[N - 2][N - 2] = load_variance;
     p[N - 1][N - 1] = 1.0;
     let drive = [load_variance * (1.0 - phi * phi), 1.0 - noise.sensor_rho * noise.sensor_rho];
+    let white = noise.sensor_white;
     let changes = libm::ceil(noise.growth_from_s / sample_time_s - 1e-9).max(0.0) as usize;
     let mut bounds: Vec<usize> = pieces.iter().map(|(from, _)| *from).collect();
     bounds.push(if noise.growth == 1.0 { 0 } else { changes });
@@ -116,8 +117,12 @@ fn of_width<const N: usize>(
         let to = bounds.get(i + 1).copied().unwrap_or(samples);
         let (_, part) = pieces.iter().rev().find(|(begins, _)| begins <= from)?;
         let growth = noise.growth_at(*from as f64 * sample_time_s + 1e-9 * sample_time_s);
-        let step =
-            Step { a: transition::<N>(part, phi, noise.sensor_rho), c: output::<N>(part, growth), drive };
+        let step = Step {
+            a: transition::<N>(part, phi, noise.sensor_rho),
+            c: output::<N>(part, growth),
+            drive,
+            white,
+        };
         let mut stretch = step.stretch(&mut p, *from, to)?;
         if part.may_rest {
             stretch.rest = Some(step.law(n, &p));
@@ -153,6 +158,7 @@ struct Step<const N: usize> {
     a: Matrix<N>,
     c: [f64; N],
     drive: [f64; 2],
+    white: f64,
 }
 
 impl<const N: usize> Step<N> {
@@ -204,6 +210,7 @@ impl<const N: usize> Step<N> {
             growth: self.c[N - 1],
             stays: [self.a[N - 2][N - 2], self.a[N - 1][N - 1]],
             drive: self.drive,
+            white: self.white,
             settled: Covariance::from_fn(|i, j| of(p, i, j)),
         }
     }
@@ -212,7 +219,7 @@ impl<const N: usize> Step<N> {
     fn settled(&self) -> Option<Matrix<N>> {
         let h = doubled(
             DMatrix::from_fn(N, N, |i, j| self.a[j][i]),
-            DMatrix::from_fn(N, N, |i, j| self.c[i] * self.c[j] / WHITE),
+            DMatrix::from_fn(N, N, |i, j| self.c[i] * self.c[j] / self.white),
             DMatrix::from_fn(N, N, |i, j| match (i == j, N - i) {
                 (true, 2) => self.drive[0],
                 (true, 1) => self.drive[1],
@@ -225,7 +232,7 @@ impl<const N: usize> Step<N> {
     /// The gain and the innovation's variance; the covariance becomes that after the measurement.
     fn correct(&self, p: &mut Matrix<N>) -> ([f64; N], f64) {
         let pc: [f64; N] = std::array::from_fn(|i| (0..N).map(|j| p[i][j] * self.c[j]).sum());
-        let s = (0..N).map(|i| self.c[i] * pc[i]).sum::<f64>() + WHITE;
+        let s = (0..N).map(|i| self.c[i] * pc[i]).sum::<f64>() + self.white;
         let k: [f64; N] = std::array::from_fn(|i| pc[i] / s);
         for i in 0..N {
             for j in 0..=i {

@@ -9,7 +9,7 @@ use crate::plant::{Number, Plant, Role};
 use super::free;
 pub use super::free::{Free, Target, is_noise, is_of_loop};
 use super::level::Level;
-use super::noise::Noise;
+use super::noise::{Noise, WHITE};
 
 /// Numbers that decide how far a fit may go, with their sources in `docs/limits.md`.
 #[derive(Debug, Clone, PartialEq)]
@@ -239,7 +239,7 @@ impl Hypothesis {
             term.onset_s = *onset_s;
         }
         let (mut constant_load, mut measured_load, mut late_s) = (0.0, 0.0, 0.0);
-        let (mut size, mut tau, mut rho) = (0.0, 1.0, 0.0);
+        let (mut size, mut tau, mut rho, mut white) = (0.0, 1.0, 0.0, WHITE);
         for (free, x) in self.free.iter().zip(&point.x) {
             let value = free.value(*x);
             match free.target {
@@ -261,6 +261,7 @@ impl Hypothesis {
                 Target::LoadSize => size = libm::exp(value),
                 Target::LoadTau => tau = libm::exp(value),
                 Target::SensorRho => rho = libm::tanh(value),
+                Target::SensorWhite => white = libm::exp(value).max(WHITE),
             }
         }
         model.plant = model.plant.with_numbers(&numbers);
@@ -276,6 +277,7 @@ impl Hypothesis {
             load_ratio: size * self.scales.drive / self.scales.noise,
             load_tau_s: tau,
             sensor_rho: rho,
+            sensor_white: white,
             growth,
             growth_from_s,
         };

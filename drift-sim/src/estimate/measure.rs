@@ -4,6 +4,7 @@ use crate::control_loop::Loop;
 use crate::physics::{Motion, Scales};
 use crate::plant::{Output, Plant};
 
+use super::lattice;
 use super::signals::{Signals, deviation, held, range};
 
 /// Shares of the samples that the sizes of u tried as limits exceed.
@@ -50,6 +51,7 @@ pub fn scales(model: &Loop, recordings: &[Signals]) -> Scales {
         Plant::Identify => u,
         plant => plant.drive_gain().abs() * u,
     };
+    let y_step = lattice::rounding(recordings);
     Scales {
         u,
         u_size: positive(libm::sqrt(us.iter().map(|u| u * u).sum::<f64>() / us.len().max(1) as f64)),
@@ -65,6 +67,8 @@ pub fn scales(model: &Loop, recordings: &[Signals]) -> Scales {
         y_mean: ys.iter().sum::<f64>() / ys.len().max(1) as f64,
         u_mean: us.iter().sum::<f64>() / us.len().max(1) as f64,
         noise: noise(recordings).max(1e-9 * y),
+        y_step,
+        is_coarse: y_step.is_some_and(|step| lattice::is_coarse(recordings, step)),
         speed: positive(speed),
         position: positive(position.fold(0.0, f64::max)),
         drive: positive(drive),

@@ -15,6 +15,7 @@ pub mod hypothesis;
 pub mod inner_product;
 pub mod innovations;
 pub mod lanes;
+pub mod lattice;
 pub mod law_replay;
 pub mod level;
 pub mod likelihood;

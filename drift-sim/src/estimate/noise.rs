@@ -1,7 +1,7 @@
 //! The noise of a loop: a slow random load on its plant, and the noise of its sensor.
 
-/// Numbers of the noise. Both parts are first-order autoregressions: the load is held over each sample, a little white noise is on
-/// the sensor besides ([`WHITE`]).
+/// Numbers of the noise. Both parts are first-order autoregressions: the load is held over each sample, white noise is on the sensor
+/// besides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the load over that of the sensor's noise, in the unit of the drive over that of y.
@@ -10,13 +10,15 @@ pub struct Noise {
     pub load_tau_s: f64,
     /// What stays of the sensor's noise from one sample to the next, between -1 and 1.
     pub sensor_rho: f64,
+    /// Variance of the white noise on the sensor, as part of the coloured one's: [`WHITE`], or what rounding adds.
+    pub sensor_white: f64,
     /// Factor on the sensor's noise from [`Noise::growth_from_s`] on.
     pub growth: f64,
     /// When the sensor's noise changes, in seconds.
     pub growth_from_s: f64,
 }
 
-/// Variance of the white noise on the sensor, as part of the coloured one's: keeps the filter regular.
+/// The least variance of the white noise on the sensor, as part of the coloured one's: keeps the filter regular.
 pub const WHITE: f64 = 1e-4;
 
 impl Noise {

@@ -8,7 +8,6 @@
 
 use super::innovations::SETTLING;
 use super::lanes::Side;
-use super::noise::WHITE;
 use super::side_by_side::Gains;
 
 /// Position and speed, in this order.
@@ -51,6 +50,8 @@ pub struct Law<T> {
     pub stays: [T; 2],
     /// Variances that they gain.
     pub drive: [T; 2],
+    /// Variance of the sensor's white noise.
+    pub white: T,
     /// The covariance before a measurement where the mass has long been moving.
     pub settled: Covariance<T>,
 }
@@ -66,6 +67,7 @@ impl<T: Side> Law<T> {
             growth: number(&|law| law.growth),
             stays: std::array::from_fn(|i| number(&|law| law.stays[i])),
             drive: std::array::from_fn(|i| number(&|law| law.drive[i])),
+            white: number(&|law| law.white),
             settled: Covariance::from_fn(|i, j| number(&|law| law.settled.at(i, j))),
         }
     }
@@ -121,7 +123,7 @@ impl<T: Side> Law<T> {
             |i: usize| self.c[0] * p.at(i, 0) + self.c[1] * p.at(i, SPEED) + self.growth * p.at(i, SENSOR);
         let shown = [of(0), of(SPEED), of(LOAD), of(SENSOR)];
         let variance = self.c[0] * shown[0] + self.c[1] * shown[SPEED] + self.growth * shown[SENSOR];
-        (shown, variance + T::all(WHITE))
+        (shown, variance + self.white)
     }
 }
 

@@ -35,6 +35,8 @@ const FOLLOWS_PCT: f64 = 50.0;
 pub enum Beside {
     /// The plant alone.
     Nothing,
+    /// A coarse sensor, and nothing else.
+    CoarseSensor,
     /// Loads and biases that come and go.
     ComingAndGoing(Vec<Term>),
     /// Friction in an unknown motor and play behind it, where that is likelier than what was found.
@@ -58,7 +60,7 @@ impl Attempt {
 
     /// Whether it is more than the first look at what was recorded.
     pub fn is_further(&self) -> bool {
-        *self != Self::FIRST
+        self.factor > 1 || !matches!(self.beside, Beside::Nothing | Beside::CoarseSensor)
     }
 }
 

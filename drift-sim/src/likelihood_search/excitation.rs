@@ -31,7 +31,7 @@ pub fn shows(fit: &Fit, data: &Data, options: &Options) -> Vec<(&'static Kind, S
         .iter()
         .copied()
         .into_par_iter()
-        .filter(|kind| is_searched(kind) && (kind.applies)(&fit.hypothesis.model.plant) && !present(kind))
+        .filter(|kind| is_searched(kind, &fit.hypothesis) && !present(kind))
         .filter(|kind| !matches!(kind.search, Starts::NoiseChange))
         .filter_map(|kind| {
             let (term, gain) = trial_power(&base, kind)?;

@@ -99,8 +99,7 @@ impl Glance {
         let kinds: Vec<&'static Kind> = KINDS
             .iter()
             .copied()
-            .filter(|kind| is_searched(kind) && (kind.applies)(&base.hypothesis.model.plant))
-            .filter(|kind| !present(kind))
+            .filter(|kind| is_searched(kind, &base.hypothesis) && !present(kind))
             .collect();
         let mut seen = base.clone();
         seen.descend(data, SHORT, &[]);

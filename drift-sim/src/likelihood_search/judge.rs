@@ -5,10 +5,12 @@ use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::prove::FitPct;
 use crate::estimate::fit::Fit;
+use crate::estimate::lattice;
 use crate::estimate::signals::Signals;
 use crate::sentences;
 use crate::stage;
 
+use super::Case;
 use super::attempts::Attempt;
 use super::conclude::{self, Conclusion};
 use super::decide::priced;
@@ -18,7 +20,6 @@ use super::plants::Identified;
 use super::search::Found;
 use super::simulates::Trial;
 use super::unseen::{Unseen, fit_pct};
-use super::{Case, lattice};
 
 /// A diagnosis, and whether it stands.
 pub struct Tried {

@@ -14,6 +14,7 @@ use super::idle;
 use super::needle::{at_needle, near_needle, nearest_needle};
 use super::nominal;
 use super::standing_load::prior_row;
+use super::steadiness::is_steady;
 
 /// Gain of a short fit below which a kind is not fitted to the end.
 const LEAST: f64 = 3.0;
@@ -71,9 +72,14 @@ pub struct Field {
     pub rivals: Vec<Rival>,
 }
 
-/// Whether the likelihood of y is where a kind is looked for.
-pub fn is_searched(kind: &Kind) -> bool {
-    kind.place != Place::Controller && !matches!(kind.search, Starts::Apart)
+/// Whether the likelihood of y is where a kind is looked for beside a base. How noisy a coarse sensor seems to be depends on how y moves.
+pub fn is_searched(kind: &Kind, beside: &Hypothesis) -> bool {
+    let is_apart = match kind.search {
+        Starts::Apart => true,
+        Starts::NoiseChange => beside.scales.is_coarse,
+        _ => false,
+    };
+    kind.place != Place::Controller && !is_apart && (kind.applies)(&beside.model.plant)
 }
 
 /// Whether a kind begins at once, at a time that is searched for.
@@ -327,6 +333,8 @@ impl Field {
     fn judged(mut self, data: &Data) -> Self {
         self.search_needles(data);
         self.rivals.retain(|rival| !rival.ended || idle::acts(&rival.fit, data));
+        let rivals = std::mem::take(&mut self.rivals);
+        self.rivals = rivals.into_iter().filter(|rival| !self.is_a_jump(rival)).collect();
         self.count_idle(data);
         self
     }
@@ -403,6 +411,13 @@ impl Field {
         });
         nominal::under_other_noise(&mut self.base, data);
         self.sort();
+    }
+
+    /// Whether a rival would pay for its numbers, and gains by a jump of the load alone.
+    fn is_a_jump(&self, rival: &Rival) -> bool {
+        let last = rival.fit.hypothesis.candidates().len() - 1;
+        let pays = self.gain(rival) > cost_of(&rival.fit, last);
+        rival.ended && pays && !is_steady(rival.kind, &rival.fit, &self.base)
     }
 
     /// Counts the idle numbers of the likeliest.

@@ -254,7 +254,9 @@ impl Trial<'_> {
         let sensor_sd = self.fit.rows.sensor_sd;
         let phi = noise.load_phi(signals.sample_time_s);
         let load = sequence(signals.len(), noise.load_ratio * sensor_sd, phi, &mut random);
-        let sensor = sequence(signals.len(), sensor_sd, noise.sensor_rho, &mut random);
+        let mut sensor = sequence(signals.len(), sensor_sd, noise.sensor_rho, &mut random);
+        let white = sequence(signals.len(), sensor_sd * libm::sqrt(noise.sensor_white), 0.0, &mut random);
+        sensor.iter_mut().zip(white).for_each(|(sensor, white)| *sensor += white);
         let colored = |mut white: Vec<f64>| {
             self.coloring.color(&mut white);
             white

@@ -15,6 +15,17 @@ const OF_PROCESSES: [&str; 25] = [
 /// Units of what a controller puts out.
 const OF_DRIVES: [&str; 12] = ["%", "v", "mv", "a", "ma", "w", "kw", "n", "nm", "n m", "hz", "deg"];
 
+/// Units of positions that a level in a tank has, too, and of what fills one: a valve or a pump.
+const OF_LEVELS: [&str; 4] = ["m", "mm", "cm", "in"];
+const OF_FILLING: [&str; 3] = ["%", "ma", "hz"];
+
+/// Whether what moves y may be a valve or a pump, by the unit of u.
+fn may_fill(units: &Units) -> bool {
+    let u = units.u.as_deref().map(|u| u.trim().to_lowercase());
+    units.force.is_none()
+        && u.is_some_and(|u| [&OF_FILLING[..], &OF_PROCESSES].iter().any(|list| list.contains(&u.as_str())))
+}
+
 /// Whether a word is a unit that is known here.
 pub fn is_known(unit: &str) -> bool {
     let lower = unit.trim().to_lowercase();
@@ -31,7 +42,9 @@ pub fn suit(units: &Units, plant: &Plant) -> bool {
     };
     let lower = y.to_lowercase();
     let is_of = |list: &[&str]| list.contains(&lower.as_str());
-    if is_of(&OF_POSITIONS) {
+    if is_of(&OF_LEVELS) && may_fill(units) {
+        output != Some(Output::Speed)
+    } else if is_of(&OF_POSITIONS) {
         output == Some(Output::Position)
     } else if is_of(&OF_SPEEDS) {
         output == Some(Output::Speed)
@@ -71,6 +84,12 @@ mod tests {
         assert_eq!(suits("1"), [true; 3]);
         assert_eq!(suits("%"), [true; 3]);
         assert!(suit(&Units::default(), &lag));
+        // A level is in metres, too.
+        let filled = |u: &str| Units { u: Some(u.into()), ..of("m") };
+        let suits = |u| [suit(&filled(u), &servo(Output::Position)), suit(&filled(u), &lag)];
+        assert_eq!(suits("%"), [true, true]);
+        assert_eq!(suits("l/min"), [true, true]);
+        assert_eq!(suits("V"), [true, false]);
     }
 
     #[test]

@@ -31,6 +31,10 @@ pub struct Scales {
     pub u_mean: f64,
     /// Standard deviation of the sensor's fast noise, at most.
     pub noise: f64,
+    /// The step to whose multiples y is rounded; none where it is not.
+    pub y_step: Option<f64>,
+    /// Whether that step is larger than the noise.
+    pub is_coarse: bool,
     /// Standard deviation of the speed: of dy/dt, or of y where y is a speed.
     pub speed: f64,
     /// Way from one end of the motion to the other: of y, or of its integral where y is a speed.
@@ -63,6 +67,8 @@ impl Default for Scales {
             y_mean: 0.0,
             u_mean: 0.0,
             noise: 0.01,
+            y_step: None,
+            is_coarse: false,
             speed: 1.0,
             position: 4.0,
             drive: 1.0,

@@ -240,6 +240,7 @@ fn shared_point(hypothesis: &Hypothesis, of: &Cause) -> Point {
             Target::ConstantLoad
             | Target::InputGain(_)
             | Target::Late
+            | Target::SensorWhite
             | Target::Term { .. }
             | Target::Onset(_) => *x,
         };

@@ -1,6 +1,6 @@
-//! A coarse sensor: y in whole multiples of a step that is large against what y does between them.
+//! A rounded y: in whole multiples of a step, which a coarse sensor has large against what y does between them.
 
-use crate::estimate::signals::Signals;
+use super::signals::{Signals, held, noise_variance};
 
 /// Part of the samples that may show a value of their own.
 const MOST_VALUES: f64 = 0.25;
@@ -11,16 +11,27 @@ const LEAST_VALUES: usize = 2;
 const LEAST_CHANGES: usize = 50;
 /// Steps that y changes by from sample to sample (the median, where it changes) at most: a finer lattice is that of the file's digits.
 const MOST_STEPS: f64 = 10.0;
+/// Multiples of the smallest difference up to which differences tell the step.
+const FEW_STEPS: f64 = 20.0;
 
 /// The step of y in all of these recordings; `None` where y is not on a lattice or uses it finely.
 pub fn step(recordings: &[Signals]) -> Option<f64> {
+    let is_fine = |signals: &Signals| {
+        values(signals).len() as f64 > MOST_VALUES * signals.y.iter().filter(|y| y.is_finite()).count() as f64
+    };
+    let step = rounding(recordings)?;
+    let changes = changes(recordings);
+    let typical = changes.get(changes.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let is_coarse = typical < MOST_STEPS * step && changes.len() >= LEAST_CHANGES;
+    (is_coarse && !recordings.iter().any(is_fine)).then_some(step)
+}
+
+/// What y is rounded to in all of these recordings, by its sensor or in the file; `None` where too few of its values are near to each other to tell.
+pub fn rounding(recordings: &[Signals]) -> Option<f64> {
     let mut gaps: Vec<f64> = Vec::new();
     for signals in recordings {
-        let mut values: Vec<f64> = signals.y.iter().copied().filter(|y| y.is_finite()).collect();
-        let samples = values.len();
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        if values.len() as f64 > MOST_VALUES * samples as f64 || values.len() < LEAST_VALUES {
+        let values = values(signals);
+        if values.len() < LEAST_VALUES {
             return None;
         }
         gaps.extend(values.windows(2).map(|pair| pair[1] - pair[0]));
@@ -29,7 +40,7 @@ pub fn step(recordings: &[Signals]) -> Option<f64> {
     // Rounding in the file shows in the smallest gap; the mean of the gaps as multiples of it does not.
     let whole = |gap: &f64, step: f64| libm::round(gap / step);
     let (mut sum, mut multiples) = (0.0, 0.0);
-    for gap in gaps.iter().filter(|gap| **gap < 20.0 * smallest) {
+    for gap in gaps.iter().filter(|gap| **gap < FEW_STEPS * smallest) {
         sum += gap;
         multiples += whole(gap, smallest);
     }
@@ -37,10 +48,23 @@ pub fn step(recordings: &[Signals]) -> Option<f64> {
     let mut off: Vec<f64> = gaps.iter().map(|gap| (gap / step - whole(gap, step)).abs()).collect();
     off.sort_by(f64::total_cmp);
     let median = off.get(off.len() / 2).copied().unwrap_or(1.0);
-    let changes = changes(recordings);
-    let typical = changes.get(changes.len() / 2).copied().unwrap_or(f64::INFINITY);
-    let is_lattice = median < OFF && typical < MOST_STEPS * step && changes.len() >= LEAST_CHANGES;
-    (step > 0.0 && is_lattice).then_some(step)
+    (step > 0.0 && median < OFF).then_some(step)
+}
+
+/// The values of y, in order.
+fn values(signals: &Signals) -> Vec<f64> {
+    let mut values: Vec<f64> = signals.y.iter().copied().filter(|y| y.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// Part of a step's square that the variance of the noise has at least where it makes of rounding a noise like its own: with a deviation of half a step, and what rounding adds, a twelfth.
+const DITHERS: f64 = 0.25 + 1.0 / 12.0;
+
+/// Whether these steps are larger than the noise across which y is rounded: what rounding adds then depends on how y moves.
+pub fn is_coarse(recordings: &[Signals], step: f64) -> bool {
+    recordings.iter().any(|signals| noise_variance(&held(&signals.y)) < DITHERS * step * step)
 }
 
 /// Whether y is on a lattice and stays where it is at most samples: its innovations are then no noise.

@@ -32,9 +32,14 @@ fn signals(model: &Loop, r: Vec<f64>, y: Vec<f64>, u: Vec<f64>) -> Signals {
 
 /// What is named of a motor with this left out of its loop file.
 fn named(left_out: &[Term]) -> Vec<&'static str> {
+    named_beside(&[], left_out)
+}
+
+/// The same where the loop file states some of it.
+fn named_beside(stated: &[Term], there: &[Term]) -> Vec<&'static str> {
     let model = Loop::parse(MOTOR, "loop.toml").unwrap();
-    let (train, holdout) = (recorded(&model, left_out, 1), recorded(&model, left_out, 2));
-    kinds(&diagnose(&[train], Some(&holdout), &model).unwrap())
+    let (train, holdout) = (recorded(&model, there, 1), recorded(&model, there, 2));
+    kinds(&diagnose(&[train], Some(&holdout), &Loop { physics: stated.to_vec(), ..model }).unwrap())
 }
 
 fn kinds(found: &Diagnosis) -> Vec<&'static str> {
@@ -54,6 +59,16 @@ fn friction_is_named_beside_a_rounded_y() {
     assert_eq!(named(&[friction(), rounded_to(NOISE)]), ["coulomb_friction"]);
     assert_eq!(named(&[rounded_to(10.0 * NOISE)]), ["quantization"]);
     assert_eq!(named(&[friction(), rounded_to(10.0 * NOISE)]), ["quantization", "coulomb_friction"]);
+}
+
+/// A step that the loop file states, as the improved loop of a first diagnosis does, is not named again, and friction is found beside it.
+#[test]
+#[ignore = "slow: two diagnoses"]
+fn a_step_that_is_stated_is_not_named() {
+    let step = rounded_to(10.0 * NOISE);
+    let friction = Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
+    assert!(named_beside(&[step.clone()], &[step.clone()]).is_empty());
+    assert_eq!(named_beside(&[step.clone()], &[step, friction]), ["coulomb_friction"]);
 }
 
 /// Noise of which nine tenths stay from sample to sample, with a converter behind it, is no slow sensor: its spectrum is none of an autoregression, rounding being white.

@@ -4,9 +4,11 @@
 use std::ops::Range;
 
 use crate::control_loop::Loop;
+use crate::physics::Term;
 use crate::simulate::{Observer, Simulation, Start};
 
 use super::gains::Stretch;
+use super::lattice::ROUNDING;
 use super::noise::Noise;
 use super::rest::Rest;
 use super::side_by_side::Gains;
@@ -19,11 +21,22 @@ const SUBSTEPS: usize = 1;
 /// The first samples of a recording, which don't count: the filter finds the state there.
 pub const SETTLING: usize = 20;
 
-/// A loop as the filter runs it, started; `None` where it can't be simulated.
+/// A loop as the filter runs it, started; `None` where it can't be simulated. To round what is foretold would lose what y tells between two steps: rounding is part of the noise.
 pub fn simulation(model: &Loop, start: &Start) -> Option<Simulation> {
-    let mut simulation = Simulation::with_substeps(model, 0, SUBSTEPS).ok()?;
+    let mut simulation = match model.physics.iter().any(is_rounding) {
+        true => {
+            let physics = model.physics.iter().filter(|term| !is_rounding(term)).cloned().collect();
+            Simulation::with_substeps(&Loop { physics, ..model.clone() }, 0, SUBSTEPS)
+        }
+        false => Simulation::with_substeps(model, 0, SUBSTEPS),
+    }
+    .ok()?;
     simulation.start(start).ok()?;
     Some(simulation)
+}
+
+fn is_rounding(term: &Term) -> bool {
+    term.kind.name == ROUNDING
 }
 
 /// What the filter makes of a recording.

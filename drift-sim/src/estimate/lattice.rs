@@ -2,6 +2,9 @@
 
 use super::signals::{Signals, held, noise_variance};
 
+/// The kind that rounds y.
+pub const ROUNDING: &str = "quantization";
+
 /// Part of the samples that may show a value of their own.
 const MOST_VALUES: f64 = 0.25;
 /// How far from a whole multiple a difference of two values may lie, as part of the step: rounding in the file.

@@ -181,7 +181,8 @@ impl Case<'_> {
         let plants = plants::likeliest(model, &parts.recordings, &parts.fitted, healthy, options);
         let is_guessed = plants.first()?.is_guessed;
         let is_plant_open = is_guessed && healthy.is_empty();
-        let quantum = quantization(&parts.recordings, healthy, is_guessed);
+        let is_stated = model.physics.iter().any(|term| term.kind.name == lattice::ROUNDING);
+        let quantum = quantization(&parts.recordings, healthy, is_guessed).filter(|_| !is_stated);
         if *beside == Beside::CoarseSensor {
             let found = plants.into_iter().next()?.refined()?;
             let search = Search { data: &found.data, options, is_plant_open };
@@ -313,7 +314,7 @@ fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -
     if is_guessed && !is_new && !is_coarse {
         return None;
     }
-    Term::new("quantization", &[("step", step)]).ok()
+    Term::new(lattice::ROUNDING, &[("step", step)]).ok()
 }
 
 /// The nominal fit of a loop on data: what the search starts from.

@@ -67,8 +67,9 @@ fn friction_is_named_beside_a_rounded_y() {
 fn a_step_that_is_stated_is_not_named() {
     let step = rounded_to(10.0 * NOISE);
     let friction = Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
-    assert!(named_beside(&[step.clone()], &[step.clone()]).is_empty());
-    assert_eq!(named_beside(&[step.clone()], &[step, friction]), ["coulomb_friction"]);
+    let stated = std::slice::from_ref(&step);
+    assert!(named_beside(stated, stated).is_empty());
+    assert_eq!(named_beside(stated, &[step.clone(), friction]), ["coulomb_friction"]);
 }
 
 /// Noise of which nine tenths stay from sample to sample, with a converter behind it, is no slow sensor: its spectrum is none of an autoregression, rounding being white.

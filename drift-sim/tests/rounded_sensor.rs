@@ -50,26 +50,29 @@ fn rounded_to(step: f64) -> Term {
     Term::new("quantization", &[("step", step)]).unwrap()
 }
 
-/// A converter whose step is as large as the noise adds to the noise; one of ten times that is told, and friction is found beside both.
+/// A converter whose step is as large as the noise adds to the noise; one of three times that is told, and friction is found beside both. Of ten times that it hides what y does between two steps.
 #[test]
-#[ignore = "slow: four diagnoses"]
+#[ignore = "slow: six diagnoses"]
 fn friction_is_named_beside_a_rounded_y() {
     let friction = || Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
     assert!(named(&[rounded_to(NOISE)]).is_empty());
     assert_eq!(named(&[friction(), rounded_to(NOISE)]), ["coulomb_friction"]);
+    assert_eq!(named(&[rounded_to(3.0 * NOISE)]), ["quantization"]);
+    assert_eq!(named(&[friction(), rounded_to(3.0 * NOISE)]), ["quantization", "coulomb_friction"]);
     assert_eq!(named(&[rounded_to(10.0 * NOISE)]), ["quantization"]);
-    assert_eq!(named(&[friction(), rounded_to(10.0 * NOISE)]), ["quantization", "coulomb_friction"]);
+    assert_eq!(named(&[friction(), rounded_to(10.0 * NOISE)]), ["quantization"]);
 }
 
 /// A step that the loop file states, as the improved loop of a first diagnosis does, is not named again, and friction is found beside it.
 #[test]
-#[ignore = "slow: two diagnoses"]
+#[ignore = "slow: three diagnoses"]
 fn a_step_that_is_stated_is_not_named() {
-    let step = rounded_to(10.0 * NOISE);
     let friction = Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
-    let stated = std::slice::from_ref(&step);
-    assert!(named_beside(stated, stated).is_empty());
-    assert_eq!(named_beside(stated, &[step.clone(), friction]), ["coulomb_friction"]);
+    let (step, coarse) = (rounded_to(3.0 * NOISE), rounded_to(10.0 * NOISE));
+    for stated in [&step, &coarse].map(std::slice::from_ref) {
+        assert!(named_beside(stated, stated).is_empty());
+    }
+    assert_eq!(named_beside(std::slice::from_ref(&step), &[step.clone(), friction]), ["coulomb_friction"]);
 }
 
 /// Noise of which nine tenths stay from sample to sample, with a converter behind it, is no slow sensor: its spectrum is none of an autoregression, rounding being white.

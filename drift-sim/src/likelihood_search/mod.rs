@@ -181,12 +181,15 @@ impl Case<'_> {
         let plants = plants::likeliest(model, &parts.recordings, &parts.fitted, healthy, options);
         let is_guessed = plants.first()?.is_guessed;
         let is_plant_open = is_guessed && healthy.is_empty();
+        let step = coarse_step(&parts.recordings, healthy, is_guessed);
         let is_stated = model.physics.iter().any(|term| term.kind.name == lattice::ROUNDING);
-        let quantum = quantization(&parts.recordings, healthy, is_guessed).filter(|_| !is_stated);
-        if *beside == Beside::CoarseSensor {
+        let quantum =
+            step.filter(|_| !is_stated).and_then(|step| Term::new(lattice::ROUNDING, &[("step", step)]).ok());
+        let hides_noise = step.is_some_and(|step| lattice::hides_noise(&parts.recordings, step));
+        if hides_noise || *beside == Beside::CoarseSensor {
             let found = plants.into_iter().next()?.refined()?;
             let search = Search { data: &found.data, options, is_plant_open };
-            let result = search.coarse(found.nominal.clone(), quantum?);
+            let result = Found { quantum, ..search.nominal_only(found.nominal.clone()) };
             return Some((found, result));
         }
         let options = &match quantum {
@@ -304,17 +307,14 @@ const FEW_STEPS: f64 = 30.0;
 /// (`tests/cases/run 9302`), what is there 40 and more.
 const BESIDE_STEPS: f64 = 20.0;
 
-/// A coarse sensor: where the plant is stated, where healthy recordings show a finer one, or where y moves over few of its steps. Else it may have
+/// The step of a coarse sensor: where the plant is stated, where healthy recordings show a finer one, or where y moves over few of its steps. Else it may have
 /// been so all along.
-fn quantization(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -> Option<Term> {
+fn coarse_step(recordings: &[Signals], healthy: &[Signals], is_guessed: bool) -> Option<f64> {
     let step = lattice::step(recordings).filter(|step| lattice::is_coarse(recordings, *step))?;
     let is_new = !healthy.is_empty() && lattice::step(healthy).is_none();
     let spread = recordings.iter().map(|signals| deviation(&held(&signals.y))).fold(0.0, f64::max);
     let is_coarse = healthy.is_empty() && lattice::rests(recordings) && spread < FEW_STEPS * step;
-    if is_guessed && !is_new && !is_coarse {
-        return None;
-    }
-    Term::new(lattice::ROUNDING, &[("step", step)]).ok()
+    (!is_guessed || is_new || is_coarse).then_some(step)
 }
 
 /// The nominal fit of a loop on data: what the search starts from.

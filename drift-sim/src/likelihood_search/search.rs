@@ -106,13 +106,8 @@ impl Found {
 }
 
 impl Search<'_> {
-    /// A rounded y, beside which nothing is looked for: its innovations are no noise.
-    pub fn coarse(&self, nominal: Fit, quantum: Term) -> Found {
-        Found { quantum: Some(quantum), ..self.nominal_only(nominal) }
-    }
-
     /// Nothing is looked for.
-    fn nominal_only(&self, base: Fit) -> Found {
+    pub fn nominal_only(&self, base: Fit) -> Found {
         let refit_gain = self.refit_gain(&base);
         Found {
             predicted: predicted(&base),

@@ -105,7 +105,6 @@ fn of_width<const N: usize>(
     p[N - 2][N - 2] = load_variance;
     p[N - 1][N - 1] = 1.0;
     let drive = [load_variance * (1.0 - phi * phi), 1.0 - noise.sensor_rho * noise.sensor_rho];
-    let white = noise.sensor_white;
     let changes = libm::ceil(noise.growth_from_s / sample_time_s - 1e-9).max(0.0) as usize;
     let mut bounds: Vec<usize> = pieces.iter().map(|(from, _)| *from).collect();
     bounds.push(if noise.growth == 1.0 { 0 } else { changes });
@@ -121,7 +120,7 @@ fn of_width<const N: usize>(
             a: transition::<N>(part, phi, noise.sensor_rho),
             c: output::<N>(part, growth),
             drive,
-            white,
+            white: noise.sensor_white,
         };
         let mut stretch = step.stretch(&mut p, *from, to)?;
         if part.may_rest {

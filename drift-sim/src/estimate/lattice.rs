@@ -67,7 +67,7 @@ const DITHERS: f64 = 0.25 + 1.0 / 12.0;
 
 /// Whether these steps are larger than the noise across which y is rounded: what rounding adds then depends on how y moves.
 pub fn is_coarse(recordings: &[Signals], step: f64) -> bool {
-    recordings.iter().any(|signals| noise_variance(&held(&signals.y)) < DITHERS * step * step)
+    is_any_below(recordings, DITHERS * step * step)
 }
 
 /// The same of steps between which y tells nothing: its noise has less than half of the variance that rounding adds, or y stays where it is at two of three samples. Of eleven such loops
@@ -77,8 +77,12 @@ const STAYS: f64 = 0.65;
 
 /// Whether these steps hide the noise: what y does between them is not to be told.
 pub fn hides_noise(recordings: &[Signals], step: f64) -> bool {
-    let is_quiet = |signals: &Signals| noise_variance(&held(&signals.y)) < HIDES * step * step;
-    recordings.iter().any(is_quiet) || stays(recordings) > STAYS
+    is_any_below(recordings, HIDES * step * step) || stays(recordings) > STAYS
+}
+
+/// Whether the noise of one of these recordings has less than this variance.
+fn is_any_below(recordings: &[Signals], variance: f64) -> bool {
+    recordings.iter().any(|signals| noise_variance(&held(&signals.y)) < variance)
 }
 
 /// Whether y is on a lattice and stays where it is at most samples: its innovations are then no noise.

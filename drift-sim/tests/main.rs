@@ -22,6 +22,7 @@ mod further_searches;
 mod hostile_recordings;
 mod init;
 mod init_real;
+mod jumping_load;
 mod limit_cycles;
 mod look_command;
 mod measured_inputs;

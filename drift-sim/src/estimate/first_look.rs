@@ -38,7 +38,8 @@ impl Data {
         self.looked_at_as(look)
     }
 
-    fn sample_time_s(&self) -> f64 {
+    /// The recordings' sample time, in seconds.
+    pub(super) fn sample_time_s(&self) -> f64 {
         self.recordings.first().map_or(0.0, |signals| signals.sample_time_s)
     }
 }

@@ -12,6 +12,8 @@ use super::rest::{Covariance, LOAD, Law, SENSOR};
 
 /// Relative change of a gain from one sample to the next below which the gains have settled.
 const SETTLED: f64 = 1e-6;
+/// The same after the load has jumped: there are many such stretches, and each begins near to where it ends.
+const SETTLED_AGAIN: f64 = 1e-4;
 /// Samples of a stretch after which the settled gains are computed at once instead of waited for.
 const LONGEST: usize = 400;
 /// Doublings in which the settled covariance is found, and its relative change at which it is.
@@ -64,13 +66,16 @@ impl Stretch {
 /// A linear part that holds from some sample on.
 pub type Piece = (usize, LinearPart);
 
+/// Samples of a recording, and among them those at which the load jumps, with the deviation of a jump.
+type Samples<'a> = (usize, (&'a [usize], f64));
+
 /// The gains of a recording of `samples`, its linear parts in order, the first from 0 on; `None` where a variance is not a number.
 pub fn gains(
     pieces: &[Piece],
     noise: &Noise,
     sample_time_s: f64,
     start: &DMatrix<f64>,
-    samples: usize,
+    samples: Samples<'_>,
 ) -> Option<Vec<Stretch>> {
     let order = pieces.first()?.1.order();
     match order {
@@ -91,7 +96,7 @@ fn of_width<const N: usize>(
     noise: &Noise,
     sample_time_s: f64,
     start: &DMatrix<f64>,
-    samples: usize,
+    (samples, (jumps, jump)): Samples<'_>,
 ) -> Option<Vec<Stretch>> {
     let n = pieces.first()?.1.order();
     let phi = noise.load_phi(sample_time_s);
@@ -108,6 +113,7 @@ fn of_width<const N: usize>(
     let changes = libm::ceil(noise.growth_from_s / sample_time_s - 1e-9).max(0.0) as usize;
     let mut bounds: Vec<usize> = pieces.iter().map(|(from, _)| *from).collect();
     bounds.push(if noise.growth == 1.0 { 0 } else { changes });
+    bounds.extend_from_slice(jumps);
     bounds.sort_unstable();
     bounds.dedup();
     bounds.retain(|from| *from < samples);
@@ -122,9 +128,13 @@ fn of_width<const N: usize>(
             drive,
             white: noise.sensor_white,
         };
-        let mut stretch = step.stretch(&mut p, *from, to)?;
+        let is_jump = jumps.binary_search(from).is_ok();
+        let jump = if is_jump { jump * jump } else { 0.0 };
+        p[N - 2][N - 2] += jump;
+        let tolerance = if is_jump { SETTLED_AGAIN } else { SETTLED };
+        let mut stretch = step.stretch(&mut p, *from, to, tolerance)?;
         if part.may_rest {
-            stretch.rest = Some(step.law(n, &p));
+            stretch.rest = Some(Law { jump: (*from as f64, jump), ..step.law(n, &p) });
         }
         stretches.push(stretch);
     }
@@ -161,7 +171,7 @@ struct Step<const N: usize> {
 }
 
 impl<const N: usize> Step<N> {
-    fn stretch(&self, p: &mut Matrix<N>, from: usize, to: usize) -> Option<Stretch> {
+    fn stretch(&self, p: &mut Matrix<N>, from: usize, to: usize, tolerance: f64) -> Option<Stretch> {
         let (mut gains, mut scales): (Vec<f64>, Vec<(f64, f64)>) = (Vec::new(), Vec::new());
         let mut keep = |k: [f64; N], s: f64| {
             gains.extend_from_slice(&k);
@@ -175,7 +185,7 @@ impl<const N: usize> Step<N> {
             }
             keep(k, s);
             self.move_on(p);
-            if sample >= from + LEAST_SAMPLES && settled(&before, &(k, s)) {
+            if sample >= from + LEAST_SAMPLES && settled(&before, &(k, s), tolerance) {
                 break;
             }
             before = (k, s);
@@ -210,6 +220,7 @@ impl<const N: usize> Step<N> {
             stays: [self.a[N - 2][N - 2], self.a[N - 1][N - 1]],
             drive: self.drive,
             white: self.white,
+            jump: (0.0, 0.0),
             settled: Covariance::from_fn(|i, j| of(p, i, j)),
         }
     }
@@ -288,7 +299,7 @@ fn doubled(mut a: DMatrix<f64>, mut g: DMatrix<f64>, mut h: DMatrix<f64>) -> Opt
     None
 }
 
-fn settled<const N: usize>(before: &([f64; N], f64), now: &([f64; N], f64)) -> bool {
-    let close = |a: f64, b: f64| (a - b).abs() <= SETTLED * b.abs().max(1e-12);
+fn settled<const N: usize>(before: &([f64; N], f64), now: &([f64; N], f64), tolerance: f64) -> bool {
+    let close = |a: f64, b: f64| (a - b).abs() <= tolerance * b.abs().max(1e-12);
     close(before.1, now.1) && before.0.iter().zip(&now.0).all(|(a, b)| close(*a, *b))
 }

@@ -19,6 +19,7 @@ use super::gains::{Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
 use super::innovations::{Filter, Innovations};
+use super::jumps::Jumps;
 use super::linear_part::LinearPart;
 use super::noise::Noise;
 use super::signals::{Signals, deviation, held};
@@ -37,6 +38,8 @@ pub struct Data {
     pub healthy_from: usize,
     /// What is left of correlation in their innovations.
     coloring: Whitener,
+    /// When their load jumps.
+    jumps: Jumps,
     /// Motions in them.
     pub motions: Vec<Motion>,
     /// Deviations to which y and its first differences are known at the start.
@@ -80,6 +83,7 @@ impl Data {
             given,
             fitted,
             coloring,
+            jumps: Jumps::default(),
             motions,
             start_deviations,
             driven,
@@ -139,6 +143,25 @@ impl Data {
         Self { coloring, first_look: None, ..self }
     }
 
+    /// The same recordings under a load that jumps.
+    #[must_use]
+    pub fn jumping(self, jumps: Jumps) -> Self {
+        let in_samples_of = |look: &Arc<Self>| {
+            let ratio = look.sample_time_s() / self.sample_time_s();
+            Arc::new(Self {
+                jumps: jumps.in_coarser_samples(libm::round(ratio) as usize),
+                ..(**look).clone()
+            })
+        };
+        let first_look = self.first_look.as_ref().map(in_samples_of);
+        Self { jumps, first_look, ..self }
+    }
+
+    /// When their load jumps.
+    pub fn jumps(&self) -> &Jumps {
+        &self.jumps
+    }
+
     /// Whether innovations are whitened.
     pub fn is_colored(&self) -> bool {
         self.coloring.order() > 0
@@ -171,24 +194,35 @@ impl Data {
 /// Linear parts, noise and samples, and the gains that follow from them.
 type Known = (Vec<Piece>, Noise, usize, Arc<Vec<Stretch>>);
 
+/// The linear part that a filter ends with, its settled gains, and what stays of load and sensor noise from sample to sample.
+pub type Settled = (LinearPart, (Vec<f64>, [f64; 2], (f64, f64)), (f64, f64));
+
 /// What the gains follow from, and the gains: they are the same for points that differ in physics beside the linear part.
 #[derive(Debug, Clone, Default)]
 pub struct Cache {
-    /// With the candidate terms, and without them.
-    known: [Option<Known>; 2],
+    /// With the candidate terms, and without them; then of each recording whose load jumps.
+    known: Vec<Option<Known>>,
 }
 
 impl Cache {
     /// The gains at a point, for others near it.
     pub fn at(hypothesis: &Hypothesis, point: &Point, data: &Data) -> Self {
         let mut cache = Self::default();
-        if let Some(realised) = hypothesis.realise(point) {
-            cache.gains(&realised, data, data.longest(), 0);
-            if data.has_healthy() {
-                cache.gains(&hypothesis.healthy(&realised), data, data.longest(), 1);
-            }
-        }
+        Ready::at(hypothesis, point, data, &mut cache, data.longest());
         cache
+    }
+
+    /// What a filter ends with where no load jumps.
+    pub(super) fn settled(hypothesis: &Hypothesis, point: &Point, data: &Data) -> Option<Settled> {
+        let realised = hypothesis.realise(point)?;
+        let mut cache = Self::default();
+        let (stretches, _) = cache.gains(&realised, data, data.longest(), (0, &[]))?;
+        let (pieces, noise, ..) = cache.known.into_iter().next()??;
+        let last = stretches.last()?;
+        let (gains, of_noise, scales) = last.parts(last.settled_from())?;
+        let part = pieces.into_iter().next_back()?.1;
+        let gains = gains.get(..part.order())?.to_vec();
+        Some((part, (gains, of_noise, scales), (noise.load_phi(data.sample_time_s()), noise.sensor_rho)))
     }
 
     fn gains(
@@ -196,7 +230,7 @@ impl Cache {
         realised: &Realised,
         data: &Data,
         samples: usize,
-        which: usize,
+        (which, jumps): (usize, &[usize]),
     ) -> Option<(Arc<Vec<Stretch>>, usize)> {
         let ts = realised.model.sample_time_s;
         let pieces: Option<Vec<Piece>> = realised
@@ -209,7 +243,10 @@ impl Cache {
             .collect();
         let pieces = pieces?;
         let first = pieces.first()?.1.first_state;
-        if let Some((of, noise, of_samples, gains)) = &self.known[which]
+        if self.known.len() <= which {
+            self.known.resize(which + 1, None);
+        }
+        if let Some(Some((of, noise, of_samples, gains))) = self.known.get(which)
             && *of == pieces
             && *noise == realised.noise
             && *of_samples == samples
@@ -217,8 +254,11 @@ impl Cache {
             return Some((gains.clone(), first));
         }
         let start: DMatrix<f64> = pieces.first()?.1.start_covariance(&data.start_deviations);
-        let found = Arc::new(gains(&pieces, &realised.noise, ts, &start, samples)?);
-        self.known[which] = Some((pieces, realised.noise, samples, found.clone()));
+        let jumps = (jumps, data.jumps.ratio);
+        let found = Arc::new(gains(&pieces, &realised.noise, ts, &start, (samples, jumps))?);
+        if let Some(known) = self.known.get_mut(which) {
+            *known = Some((pieces, realised.noise, samples, found.clone()));
+        }
         Some((found, first))
     }
 }
@@ -263,8 +303,10 @@ pub fn rows_of_each(points: &[(&Hypothesis, &Point)], data: &Data, near: &Cache)
 fn rows_of(points: &[(&Hypothesis, &Point, Ready)], data: &Data) -> Vec<Option<Rows>> {
     let mut runs: Vec<Option<Vec<Innovations>>> = points.iter().map(|_| Some(Vec::new())).collect();
     for (i, signals, counted, memory) in data.counted() {
-        let filters: Vec<(Filter<'_>, Start)> =
+        let filters: Option<Vec<(Filter<'_>, Start)>> =
             points.iter().map(|(of, _, ready)| ready.filter(of, data, i, signals)).collect();
+        // There are gains of every recording.
+        let filters = filters.unwrap_or_default();
         for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
@@ -301,8 +343,8 @@ fn rows_from(hypothesis: &Hypothesis, point: &Point, runs: Vec<Innovations>) -> 
 struct Ready {
     realised: Realised,
     healthy: Option<Realised>,
-    of_faulty: (Arc<Vec<Stretch>>, usize),
-    of_healthy: Option<(Arc<Vec<Stretch>>, usize)>,
+    /// The gains of each recording, and the first state that they correct.
+    gains: Vec<(Arc<Vec<Stretch>>, usize)>,
 }
 
 impl Ready {
@@ -315,12 +357,17 @@ impl Ready {
     ) -> Option<Self> {
         let realised = hypothesis.realise(point)?;
         let healthy = (data.has_healthy()).then(|| hypothesis.healthy(&realised));
-        let of_faulty = cache.gains(&realised, data, samples, 0)?;
-        let of_healthy = match &healthy {
-            Some(healthy) => Some(cache.gains(healthy, data, samples, 1)?),
-            None => None,
+        let of_recording = |recording: usize| {
+            let jumps = data.jumps.of(recording);
+            let (of, plain) = match &healthy {
+                Some(healthy) if recording >= data.healthy_from => (healthy, 1),
+                _ => (&realised, 0),
+            };
+            let which = if jumps.is_empty() { plain } else { 2 + recording };
+            cache.gains(of, data, samples, (which, jumps))
         };
-        Some(Self { realised, healthy, of_faulty, of_healthy })
+        let gains: Option<Vec<_>> = (0..data.recordings.len()).map(of_recording).collect();
+        Some(Self { gains: gains?, realised, healthy })
     }
 
     /// The filter for a recording, and where it starts.
@@ -330,11 +377,12 @@ impl Ready {
         data: &Data,
         recording: usize,
         signals: &Signals,
-    ) -> (Filter<'_>, Start) {
-        let (realised, (gains, first_state)) = match (&self.healthy, &self.of_healthy) {
-            (Some(healthy), Some(gains)) if recording >= data.healthy_from => (healthy, gains),
-            _ => (&self.realised, &self.of_faulty),
+    ) -> Option<(Filter<'_>, Start)> {
+        let realised = match &self.healthy {
+            Some(healthy) if recording >= data.healthy_from => healthy,
+            _ => &self.realised,
         };
+        let (gains, first_state) = self.gains.get(recording)?;
         let filter = Filter {
             model: &realised.model,
             noise: &realised.noise,
@@ -344,7 +392,7 @@ impl Ready {
             unit: hypothesis.scales.noise,
             constant_load: realised.constant_load,
         };
-        (filter, start(realised, signals))
+        Some((filter, start(realised, signals)))
     }
 }
 
@@ -359,7 +407,7 @@ pub fn runs(
 ) -> Option<Vec<Innovations>> {
     let ready = Ready::at(hypothesis, point, data, cache, samples)?;
     let each = data.counted().map(|(i, signals, counted, _)| {
-        let (filter, start) = ready.filter(hypothesis, data, i, signals);
+        let (filter, start) = ready.filter(hypothesis, data, i, signals)?;
         let mut run = filter.run(signals, &start, counted, in_detail)?;
         data.coloring.whiten(&mut run.scaled);
         Some(run)

@@ -14,6 +14,7 @@ pub mod gains;
 pub mod hypothesis;
 pub mod inner_product;
 pub mod innovations;
+pub mod jumps;
 pub mod lanes;
 pub mod lattice;
 pub mod law_replay;

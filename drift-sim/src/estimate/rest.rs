@@ -52,6 +52,8 @@ pub struct Law<T> {
     pub drive: [T; 2],
     /// Variance of the sensor's white noise.
     pub white: T,
+    /// The sample at which the load jumps, and the variance of that.
+    pub jump: (T, T),
     /// The covariance before a measurement where the mass has long been moving.
     pub settled: Covariance<T>,
 }
@@ -68,6 +70,7 @@ impl<T: Side> Law<T> {
             stays: std::array::from_fn(|i| number(&|law| law.stays[i])),
             drive: std::array::from_fn(|i| number(&|law| law.drive[i])),
             white: number(&|law| law.white),
+            jump: (number(&|law| law.jump.0), number(&|law| law.jump.1)),
             settled: Covariance::from_fn(|i, j| number(&|law| law.settled.at(i, j))),
         }
     }
@@ -114,6 +117,12 @@ impl<T: Side> Law<T> {
         next.0[SENSOR][LOAD] = load_stays * sensor_stays * p.at(SENSOR, LOAD);
         next.0[SENSOR][SENSOR] = sensor_stays * sensor_stays * p.at(SENSOR, SENSOR) + self.drive[1];
         next
+    }
+
+    /// By how much the load is known less from a sample on, because it may have jumped.
+    #[inline(always)]
+    fn jump_at(&self, sample: usize) -> T {
+        T::choose(T::all(sample as f64).is_same(self.jump.0), self.jump.1, T::all(0.0))
     }
 
     /// What of each state a measurement shows, and the innovation's variance.
@@ -206,6 +215,7 @@ impl<T: Side> Rest<T> {
         });
         let is_long = T::all(LONG - 0.5).is_less(self.moves_for);
         let mut p = law.moved(&before, (rested, lacks * self.per_unit)).or(is_long, &law.settled);
+        p.0[LOAD][LOAD] = p.at(LOAD, LOAD) + law.jump_at(sample);
         let (mut shown, mut variance) = law.shown(&p);
         let scaled = e * self.per_unit;
         let square = scaled * scaled / variance;

@@ -76,7 +76,7 @@ impl<'a> Judge<'a> {
     pub fn judged(&self, beside: &Identified, end: Found, least: Option<FitPct>) -> Tried {
         stage::begins("intervals and proof", 0);
         let fit = end.best.clone().unwrap_or_else(|| end.base.clone());
-        let fit = self.parts.showing(&fit).unwrap_or(fit);
+        let fit = self.parts.showing(&fit, beside.data.jumps(), self.attempt.factor).unwrap_or(fit);
         let (is_noise, predicted) = (end.is_noise, end.predicted);
         let is_coarse = beside.is_guessed && self.rests && end.quantum.is_none();
         let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
@@ -92,7 +92,8 @@ impl<'a> Judge<'a> {
             seen: &self.train,
             is_guessed: beside.is_guessed,
             has_healthy: !self.case.healthy.is_empty(),
-            coloring: beside.data.coloring(),
+            data: &beside.data,
+            factor: self.attempt.factor,
             predicted,
             without: better(without, least),
         };

@@ -26,6 +26,7 @@ mod identified;
 mod idle;
 mod interval;
 mod judge;
+mod jumping_load;
 mod law;
 mod limit_cycle;
 mod locate;
@@ -211,6 +212,7 @@ impl Case<'_> {
         } else {
             (found, first)
         };
+        let (found, first) = jumping_load::taken_up(found, first, options);
         let search = Search { data: &found.data, options, is_plant_open };
         let result = search.run(search.with_own_terms(first));
         let result = Found { quantum, ..result };

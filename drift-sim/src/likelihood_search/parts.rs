@@ -2,6 +2,7 @@
 
 use crate::estimate::first_look::{coarser, fewer};
 use crate::estimate::fit::Fit;
+use crate::estimate::jumps::Jumps;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
 
@@ -43,9 +44,10 @@ impl Parts {
         Self { recordings: coarser(recordings, factor), fitted: fewer(fitted, factor), ..*self }
     }
 
-    /// A fit to coarser samples as these show it; `None` where it can't be simulated there.
-    pub fn showing(&self, fit: &Fit) -> Option<Fit> {
-        fit.on(&Data::new(&fit.hypothesis, self.recordings.clone(), self.fitted.clone()))
+    /// A fit to samples so many times as coarse as these show it, the load jumping there; `None` where it can't be simulated there.
+    pub fn showing(&self, fit: &Fit, jumps: &Jumps, factor: usize) -> Option<Fit> {
+        let data = Data::new(&fit.hypothesis, self.recordings.clone(), self.fitted.clone());
+        fit.on(&data.jumping(jumps.in_finer_samples(factor)))
     }
 
     /// What fits are shown on: what numbers were fitted to, of the first recording, and what proves.

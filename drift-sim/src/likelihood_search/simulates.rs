@@ -14,9 +14,9 @@ use crate::diagnose::prove::{FitPct, quiet_run, without_noise};
 use crate::diagnose::{Diagnosis, Named, Verdict, part_time};
 use crate::estimate::fit::Fit;
 use crate::estimate::inner_product::dot;
+use crate::estimate::likelihood::Data;
 use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
-use crate::estimate::whiten::Whitener;
 use crate::measured_input::{Enters, Input};
 use crate::physics::{Family, Place, Starts};
 use crate::simulate::{self, Start, Trace};
@@ -71,8 +71,10 @@ pub struct Trial<'a> {
     pub is_guessed: bool,
     /// Whether healthy recordings tell how noisy the sensor was before.
     pub has_healthy: bool,
-    /// What is left of correlation in its innovations.
-    pub coloring: &'a Whitener,
+    /// What it was fitted to: what is left of correlation in its innovations, and when the load jumped.
+    pub data: &'a Data,
+    /// How many of the recording's samples that takes as one.
+    pub factor: usize,
     /// Part of the drive's variance that is u's.
     pub predicted: f64,
     /// How well the loop without what is named beside its law simulates what nothing has seen.
@@ -169,7 +171,7 @@ impl Trial<'_> {
     fn explains(&self, before: FitPct, after: FitPct, beyond_noise: impl Fn() -> f64) -> bool {
         let Some(floor) = self.found.noise_floor.map(FitPct::error) else { return true };
         let explained = before.error() - after.error();
-        if self.coloring.order() > 0 {
+        if self.data.coloring().order() > 0 {
             return explained > LEAST_EXPLAINED_COLORED * (before.error() - floor);
         }
         let is_enough = |noise: f64| {
@@ -237,6 +239,25 @@ impl Trial<'_> {
         Some(realised.noise.load_ratio * self.fit.rows.sensor_sd)
     }
 
+    /// Levels between which the load jumps as often as it did.
+    fn drawn_levels(&self, samples: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let jumps = self.data.jumps();
+        let all: usize = self.data.recordings.iter().map(Signals::len).sum();
+        let rate = jumps.rate(self.factor * all);
+        // From one level to another it jumps by the root of two times the levels' deviation.
+        let deviation = libm::sqrt(0.5) * jumps.ratio * self.fit.rows.sensor_sd;
+        let mut drawn = || -> f64 { StandardNormal.sample(random) };
+        let mut level = 0.0;
+        let next = |_| {
+            // One in so many normal numbers is beyond a bound.
+            if rate > 0.0 && libm::erfc(drawn().abs() * std::f64::consts::FRAC_1_SQRT_2) < rate {
+                level = deviation * drawn();
+            }
+            level
+        };
+        (0..samples).map(next).collect()
+    }
+
     /// How many times worse this recording is simulated than those that are drawn from the fit, its noise among it.
     fn beyond_noise(&self) -> Option<f64> {
         let model = self.model;
@@ -253,12 +274,14 @@ impl Trial<'_> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let sensor_sd = self.fit.rows.sensor_sd;
         let phi = noise.load_phi(signals.sample_time_s);
-        let load = sequence(signals.len(), noise.load_ratio * sensor_sd, phi, &mut random);
+        let mut load = sequence(signals.len(), noise.load_ratio * sensor_sd, phi, &mut random);
+        let levels = self.drawn_levels(signals.len(), &mut random);
+        load.iter_mut().zip(levels).for_each(|(load, level)| *load += level);
         let mut sensor = sequence(signals.len(), sensor_sd, noise.sensor_rho, &mut random);
         let white = sequence(signals.len(), sensor_sd * libm::sqrt(noise.sensor_white), 0.0, &mut random);
         sensor.iter_mut().zip(white).for_each(|(sensor, white)| *sensor += white);
         let colored = |mut white: Vec<f64>| {
-            self.coloring.color(&mut white);
+            self.data.coloring().color(&mut white);
             white
         };
         let (load, sensor) = (colored(load), colored(sensor));

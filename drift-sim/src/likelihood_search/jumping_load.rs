@@ -1,0 +1,314 @@
+//! A load that jumps now and then is noise of another kind than one that drifts: where nothing is known of it, friction, a rate limit or a plant that changes seem to explain why
+//! nothing moves between two jumps. Jumps are looked for beside the plant alone and beside the kinds that lead, one after the other; the likeliest of these, jumps and all, tells when
+//! the load jumps, and every kind is judged anew beside those jumps.
+
+use crate::cores::AcrossCores as _;
+
+use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::Target;
+use crate::estimate::inner_product::dot;
+use crate::estimate::jumps::{Jumps, answer};
+use crate::estimate::likelihood::Data;
+use crate::estimate::signals::{Signals, range};
+use crate::physics::{Kind, Place};
+use crate::stage;
+
+use super::decide::cost_of;
+use super::glance::{Glance, Round};
+use super::nominal;
+use super::options::Options;
+use super::plants::Identified;
+use super::rivals::{Field, begins_at_once, last_kind, shared_point, stuck};
+
+/// Log-likelihood that a jump promises at least beside the choice of its time, which costs the logarithm of the samples.
+const PROMISES: f64 = 5.0;
+/// Fewer jumps are no noise: a load that jumps once is a load that jumps.
+const LEAST: usize = 3;
+/// Rounds in which jumps are looked for, and steps of the fit after each.
+const ROUNDS: usize = 6;
+const STEPS: usize = 6;
+/// Steps of the fits that kinds are judged beside.
+const LONG: usize = 20;
+/// Part of what the largest jump of a round promises that another one must promise to be taken in the same round.
+const PART: f64 = 0.1;
+/// Part of the leading kind's gain from which on jumps are looked for beside a kind, and the most of such kinds.
+const LEADING: f64 = 0.5;
+const KINDS: usize = 2;
+/// Samples for each jump of a recording, at least: what jumps more often drifts.
+const APART: usize = 100;
+/// How many times the others' deviation a jump is no jump like the others, and is left to be named.
+const OUTLIER: f64 = 4.0;
+
+/// A jump of the load.
+#[derive(Debug, Clone, Copy)]
+struct Jump {
+    recording: usize,
+    at: usize,
+    /// In the drive's unit.
+    size: f64,
+    /// Log-likelihood that it promises.
+    promise: f64,
+}
+
+/// A fit under a load that jumps.
+struct Jumping {
+    fit: Fit,
+    jumps: Vec<Jump>,
+}
+
+/// The search's plant and field under a load that jumps, where that is likelier than any kind without. What proves is searched for jumps as well, which no guarantee allows.
+pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identified, Field) {
+    if options.guarantee.is_some() {
+        return (found, field);
+    }
+    stage::begins("jumps of the load", 0);
+    let again = likeliest(&found.data, &field, options)
+        .and_then(|jumping| judged_again(&jumping, &found, &field, options));
+    again.unwrap_or((found, field))
+}
+
+/// The likeliest of base and leading kinds with the jumps that each asks for, where these are noise and it is likelier than all of them without.
+fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
+    let fits = looked_beside(field);
+    let price = |fit: &Fit| {
+        let last = fit.hypothesis.candidates().len().checked_sub(1);
+        0.5 * fit.objective() + last.map_or(0.0, |last| cost_of(fit, last))
+    };
+    let without = fits.iter().map(|fit| price(fit)).fold(f64::INFINITY, f64::min);
+    let priced = |jumping: &Jumping| price(&jumping.fit) + price_of_times(&jumping.jumps, data);
+    let (first, others): (Vec<&Fit>, Vec<&Fit>) = fits.iter().partition(|fit| price(fit) <= without);
+    let mut jumping: Vec<Jumping> =
+        first.par_iter().filter_map(|fit| jumping_beside(fit, data, f64::INFINITY)).collect();
+    let reached = jumping.iter().map(priced).fold(without, f64::min);
+    let others = others
+        .par_iter()
+        .filter_map(|fit| jumping_beside(fit, data, reached - price(fit) + 0.5 * fit.objective()));
+    jumping.extend(others.collect::<Vec<_>>());
+    let best = jumping.into_iter().min_by(|a, b| priced(a).total_cmp(&priced(b)))?;
+    if priced(&best) >= without - options.margin {
+        return None;
+    }
+    let jumps = without_outliers(best.jumps);
+    (seen(&jumps, data) >= LEAST).then_some(Jumping { jumps, ..best })
+}
+
+/// The base, and the fits of the kinds that lead.
+fn looked_beside(field: &Field) -> Vec<&Fit> {
+    let top = field.rivals.first().map_or(0.0, |best| field.gain(best));
+    // A load that jumps once is one of the jumps.
+    let is_jump = |kind: &Kind| kind.place == Place::Disturbance && begins_at_once(kind);
+    let leading = field
+        .rivals
+        .iter()
+        .filter(|rival| rival.ended && !is_jump(rival.kind) && field.gain(rival) > LEADING * top);
+    std::iter::once(&field.base).chain(leading.take(KINDS).map(|rival| &rival.fit)).collect()
+}
+
+/// Every kind again, beside the base under these jumps.
+fn judged_again(
+    Jumping { fit, jumps }: &Jumping,
+    found: &Identified,
+    field: &Field,
+    options: &Options,
+) -> Option<(Identified, Field)> {
+    let data = found.data.clone().jumping(as_jumps(jumps, &found.data, fit.rows.sensor_sd));
+    let on = |fit: &Fit| under_jumps(fit, &data);
+    let of_best = Fit::at(&field.base.hypothesis, &shared_point(&field.base, fit), &data);
+    let begun = [on(&field.base), of_best.and_then(|fit| on(&fit))].into_iter().flatten();
+    let mut base = begun.min_by(|a, b| a.objective().total_cmp(&b.objective()))?;
+    base.descend(&data, LONG, &[]);
+    nominal::under_other_noise(&mut base, &data);
+    let look = data.look();
+    let seen = base.on_look(&data)?;
+    let mut glance = Glance::of(&seen, look, Round::First(options.least_gain))?;
+    for fit in looked_beside(field).into_iter().skip(1) {
+        if let Some((kind, fit)) = last_kind(fit).zip(on(fit).and_then(|fit| fit.on_look(&data))) {
+            glance.offer(kind, fit);
+        }
+    }
+    let field = glance.sketched(look).finished(&seen, &data)?;
+    let nominal = field.base.clone();
+    Some((Identified { nominal, data, is_guessed: found.is_guessed }, field))
+}
+
+/// A fit with the jumps that it asks for; `None` where their rounds seem to lead to no less than was reached elsewhere.
+fn jumping_beside(fit: &Fit, data: &Data, reached: f64) -> Option<Jumping> {
+    let whole = data.whole();
+    let mut best = Jumping { fit: fit.clone(), jumps: Vec::new() };
+    for left in (0..ROUNDS).rev() {
+        let Some(more) = promising(&best, &whole) else { break };
+        if more.is_empty() {
+            break;
+        }
+        let mut jumps = best.jumps.clone();
+        jumps.extend(more);
+        let jumping = data.clone().jumping(as_jumps(&jumps, data, best.fit.rows.sensor_sd));
+        let Some(fit) = under_jumps(&best.fit, &jumping) else { break };
+        let price = |fit: &Fit, jumps: &[Jump]| 0.5 * fit.objective() + price_of_times(jumps, data);
+        let (now, before) = (price(&fit, &jumps), price(&best.fit, &best.jumps));
+        if now >= before {
+            break;
+        }
+        if now - left as f64 * (before - now) > reached {
+            return None;
+        }
+        best = Jumping { fit, jumps };
+    }
+    Some(best)
+}
+
+/// Logarithm of the load's size over the drive's where only its jumps are left of it, and its time constant as the negative part of the recording: what it has jumped to stays.
+const LEFT_OF_LOAD: (f64, f64) = (-5.0, -5.0);
+/// The longest time constant of such a load, in durations of the recording.
+const LONGEST_TAU: f64 = 20.0;
+
+/// A fit gone on where the load jumps: from its own noise, and from one that holds the load between jumps.
+fn under_jumps(fit: &Fit, data: &Data) -> Option<Fit> {
+    let mut hypothesis = fit.hypothesis.clone();
+    let longest = libm::log(LONGEST_TAU * hypothesis.scales.duration_s);
+    let tau = hypothesis.free.iter_mut().find(|free| free.target == Target::LoadTau);
+    tau.into_iter().for_each(|free| free.high = longest);
+    let hypothesis = &hypothesis;
+    let rho = hypothesis.place(Target::SensorRho).and_then(|place| fit.point.x.get(place));
+    let (size, tau) = LEFT_OF_LOAD;
+    let held = nominal::with_noise(hypothesis, &fit.point, size, tau, rho.copied().unwrap_or(0.0));
+    let mut begun: Vec<Fit> =
+        [&fit.point, &held].into_iter().filter_map(|point| Fit::at(hypothesis, point, data)).collect();
+    begun.par_iter_mut().for_each(|fit| fit.descend(data, STEPS, &stuck(&fit.hypothesis)));
+    begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
+}
+
+/// Jumps that promise enough beside those that are known, the largest first.
+fn promising(known: &Jumping, whole: &Data) -> Option<Vec<Jump>> {
+    let fit = &known.fit;
+    let jumping = whole.clone().jumping(as_jumps(&known.jumps, whole, fit.rows.sensor_sd));
+    let rows = Fit::at(&fit.hypothesis, &fit.point, &jumping)?.rows;
+    let answer = answer(&fit.hypothesis, &fit.point, whole)?;
+    let mut sum = 0.0;
+    let grown = |a: &f64| {
+        sum += a * a;
+        sum
+    };
+    let squares: Vec<f64> = answer.iter().map(grown).collect();
+    let lasts = squares.iter().position(|part| *part > MOST_OF_AN_ANSWER * sum).unwrap_or(0) + 1;
+    let variance = dot(&rows.z, &rows.z) / rows.count.max(1) as f64;
+    // Rows are as many times larger than the innovations that an answer is of.
+    let factor = libm::sqrt(variance) * fit.hypothesis.scales.noise / rows.sensor_sd;
+    let mut found: Vec<Jump> = Vec::new();
+    let mut first = 0;
+    for (recording, signals) in whole.recordings.iter().enumerate() {
+        let z = rows.z.get(first..first + signals.len())?;
+        first += signals.len();
+        let steps = steps(&signals.r, STEPS_OF_NOISE * fit.hypothesis.scales.noise);
+        let of_recording = of_recording(recording, z, (&answer, &squares, lasts), variance);
+        let own = of_recording.into_iter().filter(|jump| !comes_with(jump.at, &steps));
+        found.extend(own.map(|jump| Jump { size: jump.size / factor, ..jump }));
+    }
+    found.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    let least = PART * found.first().map_or(0.0, |best| best.promise);
+    found.retain(|jump| jump.promise >= least);
+    Some(found)
+}
+
+/// Part of its range by which the reference steps from one sample to the next, at least, and the same in deviations of the sensor's noise.
+const STEP: f64 = 0.1;
+const STEPS_OF_NOISE: f64 = 5.0;
+/// Samples before and after such a step in which a jump counts as one that comes with it: what a model of the plant lacks jumps there, too.
+const WITH_STEP: (usize, usize) = (5, 10);
+
+/// Samples at which the reference steps.
+fn steps(r: &[f64], least: f64) -> Vec<usize> {
+    let (low, high) = range(r);
+    let least = least.max(STEP * (high - low));
+    let pairs = r.windows(2).enumerate();
+    pairs.filter(|(_, pair)| (pair[1] - pair[0]).abs() > least).map(|(n, _)| n + 1).collect()
+}
+
+fn comes_with(at: usize, steps: &[usize]) -> bool {
+    let (before, after) = WITH_STEP;
+    let first = steps.partition_point(|step| step + after < at);
+    steps.get(first).is_some_and(|step| *step <= at + before)
+}
+
+/// Part of an answer's squares after which it counts as over.
+const MOST_OF_AN_ANSWER: f64 = 0.9;
+
+/// Those of one recording, no two of them nearer than an answer lasts.
+fn of_recording(
+    recording: usize,
+    z: &[f64],
+    (answer, squares, lasts): (&[f64], &[f64], usize),
+    variance: f64,
+) -> Vec<Jump> {
+    let bar = PROMISES + libm::log(z.len().max(2) as f64);
+    let sum = squares.last().copied().unwrap_or(0.0);
+    let mut promises: Vec<Jump> = (0..z.len())
+        .map(|at| {
+            let left = z.get(at..).unwrap_or(&[]);
+            let along: f64 = answer.iter().zip(left).map(|(a, z)| a * z).sum();
+            let power = squares.get(left.len().min(answer.len()).saturating_sub(1)).copied().unwrap_or(0.0);
+            let size = along / power.max(1e-300);
+            let promise = if power > 0.5 * sum { 0.5 * along * size / variance } else { 0.0 };
+            Jump { recording, at, size, promise }
+        })
+        .collect();
+    let most = z.len() / APART;
+    let mut found = Vec::new();
+    while let Some(best) = promises.iter().max_by(|a, b| a.promise.total_cmp(&b.promise)).copied() {
+        if best.promise < bar || found.len() == most {
+            break;
+        }
+        found.push(best);
+        let near = best.at.saturating_sub(lasts)..(best.at + lasts + 1).min(promises.len());
+        promises.get_mut(near).unwrap_or(&mut []).iter_mut().for_each(|jump| jump.promise = 0.0);
+    }
+    found
+}
+
+/// What the choice of the times costs, of jumps that fits have seen.
+fn price_of_times(jumps: &[Jump], data: &Data) -> f64 {
+    let samples = |jump: &Jump| data.recordings.get(jump.recording).map_or(2, Signals::len) as f64;
+    jumps.iter().filter(|jump| is_seen(jump, data)).map(|jump| libm::log(samples(jump))).sum()
+}
+
+/// How many of them fits have seen.
+fn seen(jumps: &[Jump], data: &Data) -> usize {
+    jumps.iter().filter(|jump| is_seen(jump, data)).count()
+}
+
+fn is_seen(jump: &Jump, data: &Data) -> bool {
+    data.fitted.get(jump.recording).is_some_and(|fitted| jump.at < *fitted)
+}
+
+/// Without those that are far larger than the others.
+fn without_outliers(mut jumps: Vec<Jump>) -> Vec<Jump> {
+    jumps.sort_by(|a, b| a.size.abs().total_cmp(&b.size.abs()));
+    while let Some((largest, others)) = jumps.split_last() {
+        let rms = deviation(others);
+        if others.len() < LEAST || largest.size.abs() < OUTLIER * rms {
+            break;
+        }
+        jumps.pop();
+    }
+    jumps
+}
+
+fn deviation(jumps: &[Jump]) -> f64 {
+    let squares: f64 = jumps.iter().map(|jump| jump.size * jump.size).sum();
+    libm::sqrt(squares / jumps.len().max(1) as f64)
+}
+
+/// As filters are told them, beside a sensor noise of this deviation.
+fn as_jumps(jumps: &[Jump], data: &Data, sensor_sd: f64) -> Jumps {
+    let mut at = vec![Vec::new(); data.recordings.len()];
+    for jump in jumps {
+        if let Some(of_recording) = at.get_mut(jump.recording) {
+            of_recording.push(jump.at);
+        }
+    }
+    for of_recording in &mut at {
+        of_recording.sort_unstable();
+        of_recording.dedup();
+    }
+    Jumps { at, ratio: deviation(jumps) / sensor_sd.max(1e-300) }
+}

@@ -1,0 +1,86 @@
+//! The diagnosis under a load that jumps now and then, which is noise of another kind than one that drifts. The truth is what was put in.
+
+use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::signals::Signals;
+use drift_sim::diagnose::{Diagnosis, diagnose};
+use drift_sim::physics::Term;
+use drift_sim::plant::Plant;
+use drift_sim::recording::{Recording, RowState};
+use drift_sim::reference::Reference;
+use drift_sim::simulate::simulate;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+
+const ARM: &str = "[loop]\nsample_time_s = 0.005\n[units]\nr = \"rad\"\ny = \"rad\"\nu = \"V\"\nforce = \"N m\"\n\
+    [controller]\nkind = \"pid\"\nkp = 30.0\nki = 60.0\nkd = 3.0\nderivative_filter_s = 0.01\nu_min = -100.0\nu_max = 100.0\n\
+    [plant]\nkind = \"servo\"\noutput = \"position\"\ninertia = 0.2\nviscous = 0.3\nactuator_gain = 2.0\n[sensor]\nnoise = 2e-5\n";
+const SAMPLES: usize = 6_000;
+/// Deviation of the levels between which the load jumps, in N m, and how many it takes.
+const LEVELS: f64 = 0.2;
+const JUMPS: usize = 14;
+
+/// Terms that make such a load.
+fn jumping(model: &Loop, seed: u64) -> Vec<Term> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut level = 0.0;
+    let jump = |_| {
+        let next: f64 = StandardNormal.sample(&mut random);
+        let by = LEVELS * next - level;
+        level = LEVELS * next;
+        let sample = random.next_u64() % SAMPLES as u64;
+        let onset_s = sample as f64 * model.sample_time_s;
+        Term { onset_s, ..Term::new("load_step", &[("level", by)]).unwrap() }
+    };
+    (0..JUMPS).map(jump).collect()
+}
+
+fn recorded(model: &Loop, left_out: &[Term], is_at_rest: bool, seed: u64) -> Signals {
+    let r = if is_at_rest {
+        vec![0.0; SAMPLES]
+    } else {
+        Reference::random(0.0, 0.5, 300, seed).take_samples(SAMPLES)
+    };
+    let physics = left_out.iter().cloned().chain(jumping(model, seed)).collect();
+    let trace = simulate(&Loop { physics, ..model.clone() }, &r, &[], seed, None).unwrap();
+    let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);
+    let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+    Signals::new(&recording, model).unwrap()
+}
+
+fn diagnosed(left_out: &[Term], is_at_rest: bool, is_plant_stated: bool, seed: u64) -> Diagnosis {
+    let model = Loop::parse(ARM, "loop.toml").unwrap();
+    let recording = |seed| recorded(&model, left_out, is_at_rest, seed);
+    let (train, holdout) = (recording(seed), recording(seed + 1));
+    let plant = if is_plant_stated { model.plant.clone() } else { Plant::Identify };
+    diagnose(&[train], Some(&holdout), &Loop { plant, ..model }).unwrap()
+}
+
+/// What is named but for loads that begin, which there are.
+fn named(found: &Diagnosis) -> Vec<&'static str> {
+    let kinds = found.physics.iter().map(|named| named.term.kind.name);
+    kinds.filter(|kind| *kind != "load_step").collect()
+}
+
+/// Between two jumps nothing moves an arm that rests, which is no friction.
+#[test]
+#[ignore = "slow: four diagnoses"]
+fn nothing_is_named_where_only_the_load_jumps() {
+    for seed in [11, 21] {
+        assert!(named(&diagnosed(&[], true, false, seed)).is_empty(), "{seed}");
+        assert!(named(&diagnosed(&[], false, true, seed)).is_empty(), "{seed}");
+    }
+}
+
+/// Friction beside such a load is named, and its size told.
+#[test]
+#[ignore = "slow: two diagnoses"]
+fn friction_is_named_where_the_load_jumps() {
+    let friction = Term::new("coulomb_friction", &[("level", 0.1)]).unwrap();
+    for seed in [31, 41] {
+        let found = diagnosed(std::slice::from_ref(&friction), false, true, seed);
+        assert_eq!(named(&found), ["coulomb_friction"], "{seed}");
+        let level = found.physics[0].term.value("level").unwrap();
+        assert!((level - 0.1).abs() < 0.005, "{seed}: {level}");
+    }
+}

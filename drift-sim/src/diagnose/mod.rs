@@ -8,6 +8,7 @@ pub mod cause;
 pub(crate) mod cycle;
 mod drive_charts;
 mod free_run;
+pub mod load_jumps;
 pub mod locate;
 pub(crate) mod missing_drive;
 mod motion;
@@ -27,6 +28,7 @@ pub use crate::estimate::signals;
 use crate::likelihood_search::{self, options::Options};
 use crate::physics::{Family, Place, Term};
 use crate::{Error, Result};
+use load_jumps::LoadJumps;
 use locate::{Dependence, MismatchSpan};
 use missing_drive::MissingDrive;
 pub use named::Named;
@@ -161,6 +163,8 @@ pub struct Diagnosis {
     pub controller: Option<ControllerReplay>,
     /// The missing drive of the refitted nominal model.
     pub missing_drive: Option<MissingDrive>,
+    /// Jumps of the load that count as noise; `None` where it does not jump in the first recording.
+    pub load_jumps: Option<LoadJumps>,
 }
 
 impl Diagnosis {

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use crate::physics::{Term, UnitNames};
 use crate::sentences::{self, Clock};
 
+use super::load_jumps::LoadJumps;
 use super::prove::FitPct;
 use super::{Diagnosis, Fits, Named};
 
@@ -44,6 +45,7 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>, clock: &Clock, start_s: 
             "on": d.on, "share": d.share, "errors": d.errors })).collect::<Vec<_>>(),
         "samples_not_used": diagnosis.not_used,
         "more_is_missing": diagnosis.far_off,
+        "load_jumps": diagnosis.load_jumps.as_ref().map(LoadJumps::to_json),
         "physics": physics,
         "candidates": of_kinds(&diagnosis.candidates),
         "rivals": of_kinds(&diagnosis.rivals),

@@ -3,6 +3,7 @@
 
 use crate::control_loop::Loop;
 use crate::diagnose::cause::Cause;
+use crate::diagnose::load_jumps::LoadJumps;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
 use crate::diagnose::prove::FitPct;
@@ -184,6 +185,7 @@ impl Conclusion<'_> {
             drive_left,
             controller: self.law.replay,
             missing_drive,
+            load_jumps: LoadJumps::of(best, self.data),
             far_off: false,
         }
     }

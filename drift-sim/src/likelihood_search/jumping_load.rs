@@ -1,6 +1,7 @@
 //! A load that jumps now and then is noise of another kind than one that drifts: where nothing is known of it, friction, a rate limit or a plant that changes seem to explain why
 //! nothing moves between two jumps. Jumps are looked for beside the plant alone and beside the kinds that lead, one after the other; the likeliest of these, jumps and all, tells when
-//! the load jumps, and every kind is judged anew beside those jumps.
+//! the load jumps, and every kind is judged anew beside those jumps. The numbers that decide here were chosen on the 63 loops of `tests/cases/run` 9301 to 9303 whose load jumps, and on a servo
+//! trainer's real set-point steps.
 
 use crate::cores::AcrossCores as _;
 
@@ -13,7 +14,7 @@ use crate::estimate::signals::{Signals, range};
 use crate::physics::{Kind, Place};
 use crate::stage;
 
-use super::decide::cost_of;
+use super::decide::priced;
 use super::glance::{Glance, Round};
 use super::nominal;
 use super::options::Options;
@@ -56,6 +57,12 @@ struct Jumping {
     jumps: Vec<Jump>,
 }
 
+impl Jumping {
+    fn price(&self, data: &Data) -> f64 {
+        price(&self.fit, &self.jumps, data)
+    }
+}
+
 /// The search's plant and field under a load that jumps, where that is likelier than any kind without. What proves is searched for jumps as well, which no guarantee allows.
 pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identified, Field) {
     if options.guarantee.is_some() {
@@ -70,22 +77,16 @@ pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identifi
 /// The likeliest of base and leading kinds with the jumps that each asks for, where these are noise and it is likelier than all of them without.
 fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
     let fits = looked_beside(field);
-    let price = |fit: &Fit| {
-        let last = fit.hypothesis.candidates().len().checked_sub(1);
-        0.5 * fit.objective() + last.map_or(0.0, |last| cost_of(fit, last))
-    };
-    let without = fits.iter().map(|fit| price(fit)).fold(f64::INFINITY, f64::min);
-    let priced = |jumping: &Jumping| price(&jumping.fit) + price_of_times(&jumping.jumps, data);
-    let (first, others): (Vec<&Fit>, Vec<&Fit>) = fits.iter().partition(|fit| price(fit) <= without);
+    let without = fits.iter().map(|fit| price(fit, &[], data)).fold(f64::INFINITY, f64::min);
+    let (first, others): (Vec<&Fit>, Vec<&Fit>) =
+        fits.iter().partition(|fit| price(fit, &[], data) <= without);
     let mut jumping: Vec<Jumping> =
         first.par_iter().filter_map(|fit| jumping_beside(fit, data, f64::INFINITY)).collect();
-    let reached = jumping.iter().map(priced).fold(without, f64::min);
-    let others = others
-        .par_iter()
-        .filter_map(|fit| jumping_beside(fit, data, reached - price(fit) + 0.5 * fit.objective()));
+    let reached = jumping.iter().map(|jumping| jumping.price(data)).fold(without, f64::min);
+    let others = others.par_iter().filter_map(|fit| jumping_beside(fit, data, reached));
     jumping.extend(others.collect::<Vec<_>>());
-    let best = jumping.into_iter().min_by(|a, b| priced(a).total_cmp(&priced(b)))?;
-    if priced(&best) >= without - options.margin {
+    let best = jumping.into_iter().min_by(|a, b| a.price(data).total_cmp(&b.price(data)))?;
+    if best.price(data) >= without - options.margin {
         return None;
     }
     let jumps = without_outliers(best.jumps);
@@ -119,14 +120,14 @@ fn judged_again(
     base.descend(&data, LONG, &[]);
     nominal::under_other_noise(&mut base, &data);
     let look = data.look();
-    let seen = base.on_look(&data)?;
-    let mut glance = Glance::of(&seen, look, Round::First(options.least_gain))?;
+    let base = base.on_look(&data)?;
+    let mut glance = Glance::of(&base, look, Round::First(options.least_gain))?;
     for fit in looked_beside(field).into_iter().skip(1) {
         if let Some((kind, fit)) = last_kind(fit).zip(on(fit).and_then(|fit| fit.on_look(&data))) {
             glance.offer(kind, fit);
         }
     }
-    let field = glance.sketched(look).finished(&seen, &data)?;
+    let field = glance.sketched(look).finished(&base, &data)?;
     let nominal = field.base.clone();
     Some((Identified { nominal, data, is_guessed: found.is_guessed }, field))
 }
@@ -144,8 +145,7 @@ fn jumping_beside(fit: &Fit, data: &Data, reached: f64) -> Option<Jumping> {
         jumps.extend(more);
         let jumping = data.clone().jumping(as_jumps(&jumps, data, best.fit.rows.sensor_sd));
         let Some(fit) = under_jumps(&best.fit, &jumping) else { break };
-        let price = |fit: &Fit, jumps: &[Jump]| 0.5 * fit.objective() + price_of_times(jumps, data);
-        let (now, before) = (price(&fit, &jumps), price(&best.fit, &best.jumps));
+        let (now, before) = (price(&fit, &jumps, data), best.price(data));
         if now >= before {
             break;
         }
@@ -265,10 +265,12 @@ fn of_recording(
     found
 }
 
-/// What the choice of the times costs, of jumps that fits have seen.
-fn price_of_times(jumps: &[Jump], data: &Data) -> f64 {
+/// Minus the log-likelihood of a fit, with what its candidate's numbers cost, and the choice of the times of those jumps that fits have seen.
+fn price(fit: &Fit, jumps: &[Jump], data: &Data) -> f64 {
     let samples = |jump: &Jump| data.recordings.get(jump.recording).map_or(2, Signals::len) as f64;
-    jumps.iter().filter(|jump| is_seen(jump, data)).map(|jump| libm::log(samples(jump))).sum()
+    let times: f64 =
+        jumps.iter().filter(|jump| is_seen(jump, data)).map(|jump| libm::log(samples(jump))).sum();
+    0.5 * priced(fit) + times
 }
 
 /// How many of them fits have seen.

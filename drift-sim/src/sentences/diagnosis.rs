@@ -17,6 +17,8 @@ const FOLLOWS_PCT: f64 = 5.0;
 pub fn diagnosis(found: &Diagnosis, clock: &Clock, start_s: f64) -> Answer {
     let telling = Telling { found, clock, start_s, units: found.nominal.unit_names() };
     let (status, sentence, also) = telling.words();
+    let also = [Some(also).filter(|also| !also.is_empty()), telling.load_jumps()];
+    let also = also.into_iter().flatten().collect::<Vec<_>>().join(" ");
     Answer { status, sentence, also, numbers: telling.numbers(status) }
 }
 
@@ -197,6 +199,17 @@ impl Telling<'_> {
                 (Status::CauseFound, first, also.join(" "))
             }
         }
+    }
+
+    /// How often the load jumps, and how far.
+    fn load_jumps(&self) -> Option<String> {
+        let jumps = self.found.load_jumps.as_ref()?;
+        let size = with_unit(plain(jumps.size, 2), &self.units.drive);
+        let times = match jumps.at_s.len() {
+            1 => "once".into(),
+            times => format!("{times} times"),
+        };
+        Some(format!("The load jumps {times}, by about {size}; this counts as noise."))
     }
 
     /// A term in a sentence, with when it began.

@@ -61,7 +61,7 @@ impl Found {
             Some(best) => Some(under_next_to_no_load(best, data)?),
             None => None,
         };
-        Some(Self { predicted: predicted(&base), base, best, standing_load: None, ..self.clone() })
+        Some(Self { predicted: predicted(&base, data), base, best, standing_load: None, ..self.clone() })
     }
 }
 

@@ -2,7 +2,7 @@
 //! before is judged again beside what came after.
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Hypothesis, Point, Target};
+use crate::estimate::hypothesis::{Point, Target};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
@@ -110,7 +110,7 @@ impl Search<'_> {
     pub fn nominal_only(&self, base: Fit) -> Found {
         let refit_gain = self.refit_gain(&base);
         Found {
-            predicted: predicted(&base),
+            predicted: predicted(&base, self.data),
             refit_gain,
             base,
             best: None,
@@ -460,10 +460,11 @@ fn named<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
     field.rivals.get(*place)
 }
 
-/// Part of the drive's variance that is u's.
-pub fn predicted(fit: &Fit) -> f64 {
-    let at = |hypothesis: &Hypothesis, target| {
-        hypothesis.place(target).and_then(|i| fit.point.x.get(i)).copied().unwrap_or(0.0)
-    };
-    1.0 / (1.0 + libm::exp(2.0 * at(&fit.hypothesis, Target::LoadSize)))
+/// Part of the drive's variance that is u's, beside a load that drifts and jumps.
+pub fn predicted(fit: &Fit, data: &Data) -> f64 {
+    let place = fit.hypothesis.place(Target::LoadSize);
+    let drifts = libm::exp(place.and_then(|i| fit.point.x.get(i)).copied().unwrap_or(0.0));
+    // From one level to another it jumps by the root of two times the levels' deviation.
+    let jumps = data.jumps().ratio * fit.rows.sensor_sd / fit.hypothesis.scales.drive;
+    1.0 / (1.0 + drifts * drifts + 0.5 * jumps * jumps)
 }

@@ -6,7 +6,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::prove::FitPct;
 use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
-use crate::estimate::signals::Signals;
+use crate::estimate::signals::{Signals, range};
 use crate::sentences;
 use crate::stage;
 
@@ -113,8 +113,14 @@ impl<'a> Judge<'a> {
         } else {
             is_sure || is_proven
         };
-        let stands =
-            is_shown && !is_coarse && !is_nothing && trial.passes() && (least.is_none() || trial.improves());
+        // Of a loop that holds, and of which nothing is known, a load that jumps moves all there is: no plant is told by that.
+        let is_told = !(is_own_guess && beside.data.jumps().count() > 0 && self.holds());
+        let stands = is_shown
+            && is_told
+            && !is_coarse
+            && !is_nothing
+            && trial.passes()
+            && (least.is_none() || trial.improves());
         Tried {
             found,
             stands,
@@ -123,6 +129,15 @@ impl<'a> Judge<'a> {
             reached,
             is_sure: is_sure && least.is_none(),
         }
+    }
+
+    /// Whether the reference stays where it is.
+    fn holds(&self) -> bool {
+        let moves = |signals: &Signals| {
+            let (low, high) = range(&signals.r);
+            high > low
+        };
+        !self.parts.recordings.iter().any(moves)
     }
 
     fn concluded(&self, end: Found, fit: &Fit, beside: &Identified) -> Diagnosis {

@@ -90,7 +90,8 @@ fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
         return None;
     }
     let jumps = without_outliers(best.jumps);
-    (seen(&jumps, data) >= LEAST).then_some(Jumping { jumps, ..best })
+    let is_noise = seen(&jumps, data) >= LEAST && !is_on_and_off(&jumps);
+    is_noise.then_some(Jumping { jumps, ..best })
 }
 
 /// The base, and the fits of the kinds that lead.
@@ -293,6 +294,21 @@ fn without_outliers(mut jumps: Vec<Jump>) -> Vec<Jump> {
         jumps.pop();
     }
     jumps
+}
+
+/// Whether a jump like the others is within this part of the middle one's size, and what part of them are where a signal comes and goes: the levels of a load that jumps by chance differ more.
+const ALIKE: f64 = 0.25;
+const MOST: f64 = 0.7;
+
+/// Whether these are a signal that comes and goes: jumps of one size there and back. Sorted by their sizes.
+fn is_on_and_off(jumps: &[Jump]) -> bool {
+    let Some(middle) = jumps.get(jumps.len() / 2).map(|jump| jump.size.abs()) else { return false };
+    let alike = jumps.iter().filter(|jump| (jump.size.abs() - middle).abs() < ALIKE * middle);
+    let mut alike: Vec<&Jump> = alike.collect();
+    alike.sort_by_key(|jump| (jump.recording, jump.at));
+    let turns = alike.windows(2).filter(|pair| pair[0].size * pair[1].size < 0.0).count();
+    let most = MOST * jumps.len() as f64;
+    alike.len() as f64 > most && (turns + 1) as f64 > MOST * alike.len() as f64
 }
 
 fn deviation(jumps: &[Jump]) -> f64 {

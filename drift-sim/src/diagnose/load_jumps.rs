@@ -20,7 +20,7 @@ impl LoadJumps {
         let sample_time_s = fit.hypothesis.model.sample_time_s;
         let jumps = data.jumps();
         let at_s: Vec<f64> = jumps.of(0).iter().map(|sample| *sample as f64 * sample_time_s).collect();
-        (!at_s.is_empty()).then_some(Self { at_s, size: jumps.ratio * fit.rows.sensor_sd })
+        (!at_s.is_empty()).then_some(Self { at_s, size: jumps.deviation(fit.rows.sensor_sd) })
     }
 
     /// As a document for programs.

@@ -24,6 +24,16 @@ impl Jumps {
         self.at.iter().map(Vec::len).sum()
     }
 
+    /// Deviation of a jump beside a sensor noise of this deviation, in the drive's unit.
+    pub fn deviation(&self, sensor_sd: f64) -> f64 {
+        self.ratio * sensor_sd
+    }
+
+    /// The same of the levels between which the load jumps: from one to another it jumps by the root of two times as much.
+    pub fn level_deviation(&self, sensor_sd: f64) -> f64 {
+        libm::sqrt(0.5) * self.deviation(sensor_sd)
+    }
+
     /// How likely a sample is one at which the load jumps, of recordings of so many samples together.
     pub fn rate(&self, samples: usize) -> f64 {
         self.count() as f64 / samples.max(1) as f64

@@ -55,11 +55,14 @@ struct Jump {
 struct Jumping {
     fit: Fit,
     jumps: Vec<Jump>,
+    /// Its [`price`].
+    price: f64,
 }
 
 impl Jumping {
-    fn price(&self, data: &Data) -> f64 {
-        price(&self.fit, &self.jumps, data)
+    fn new(fit: Fit, jumps: Vec<Jump>, data: &Data) -> Self {
+        let price = price(&fit, &jumps, data);
+        Self { fit, jumps, price }
     }
 }
 
@@ -76,17 +79,18 @@ pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identifi
 
 /// The likeliest of base and leading kinds with the jumps that each asks for, where these are noise and it is likelier than all of them without.
 fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
-    let fits = looked_beside(field);
-    let without = fits.iter().map(|fit| price(fit, &[], data)).fold(f64::INFINITY, f64::min);
-    let (first, others): (Vec<&Fit>, Vec<&Fit>) =
-        fits.iter().partition(|fit| price(fit, &[], data) <= without);
-    let mut jumping: Vec<Jumping> =
-        first.par_iter().filter_map(|fit| jumping_beside(fit, data, f64::INFINITY)).collect();
-    let reached = jumping.iter().map(|jumping| jumping.price(data)).fold(without, f64::min);
-    let others = others.par_iter().filter_map(|fit| jumping_beside(fit, data, reached));
+    let begun = looked_beside(field).into_iter().map(|fit| Jumping::new(fit.clone(), Vec::new(), data));
+    let begun: Vec<Jumping> = begun.collect();
+    let without = begun.iter().map(|begun| begun.price).fold(f64::INFINITY, f64::min);
+    let (first, others): (Vec<Jumping>, Vec<Jumping>) =
+        begun.into_iter().partition(|begun| begun.price <= without);
+    let first = first.into_par_iter().filter_map(|begun| jumping_beside(begun, data, f64::INFINITY));
+    let mut jumping: Vec<Jumping> = first.collect();
+    let reached = jumping.iter().map(|jumping| jumping.price).fold(without, f64::min);
+    let others = others.into_par_iter().filter_map(|begun| jumping_beside(begun, data, reached));
     jumping.extend(others.collect::<Vec<_>>());
-    let best = jumping.into_iter().min_by(|a, b| a.price(data).total_cmp(&b.price(data)))?;
-    if best.price(data) >= without - options.margin {
+    let best = jumping.into_iter().min_by(|a, b| a.price.total_cmp(&b.price))?;
+    if best.price >= without - options.margin {
         return None;
     }
     let jumps = without_outliers(best.jumps);
@@ -108,7 +112,7 @@ fn looked_beside(field: &Field) -> Vec<&Fit> {
 
 /// Every kind again, beside the base under these jumps.
 fn judged_again(
-    Jumping { fit, jumps }: &Jumping,
+    Jumping { fit, jumps, .. }: &Jumping,
     found: &Identified,
     field: &Field,
     options: &Options,
@@ -134,9 +138,8 @@ fn judged_again(
 }
 
 /// A fit with the jumps that it asks for; `None` where their rounds seem to lead to no less than was reached elsewhere.
-fn jumping_beside(fit: &Fit, data: &Data, reached: f64) -> Option<Jumping> {
+fn jumping_beside(mut best: Jumping, data: &Data, reached: f64) -> Option<Jumping> {
     let whole = data.whole();
-    let mut best = Jumping { fit: fit.clone(), jumps: Vec::new() };
     for left in (0..ROUNDS).rev() {
         let Some(more) = promising(&best, &whole) else { break };
         if more.is_empty() {
@@ -146,14 +149,14 @@ fn jumping_beside(fit: &Fit, data: &Data, reached: f64) -> Option<Jumping> {
         jumps.extend(more);
         let jumping = data.clone().jumping(as_jumps(&jumps, data, best.fit.rows.sensor_sd));
         let Some(fit) = under_jumps(&best.fit, &jumping) else { break };
-        let (now, before) = (price(&fit, &jumps, data), best.price(data));
-        if now >= before {
+        let now = Jumping::new(fit, jumps, data);
+        if now.price >= best.price {
             break;
         }
-        if now - left as f64 * (before - now) > reached {
+        if now.price - left as f64 * (best.price - now.price) > reached {
             return None;
         }
-        best = Jumping { fit, jumps };
+        best = now;
     }
     Some(best)
 }

@@ -464,7 +464,6 @@ fn named<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
 pub fn predicted(fit: &Fit, data: &Data) -> f64 {
     let place = fit.hypothesis.place(Target::LoadSize);
     let drifts = libm::exp(place.and_then(|i| fit.point.x.get(i)).copied().unwrap_or(0.0));
-    // From one level to another it jumps by the root of two times the levels' deviation.
-    let jumps = data.jumps().ratio * fit.rows.sensor_sd / fit.hypothesis.scales.drive;
-    1.0 / (1.0 + drifts * drifts + 0.5 * jumps * jumps)
+    let jumps = data.jumps().level_deviation(fit.rows.sensor_sd) / fit.hypothesis.scales.drive;
+    1.0 / (1.0 + drifts * drifts + jumps * jumps)
 }

@@ -244,8 +244,7 @@ impl Trial<'_> {
         let jumps = self.data.jumps();
         let all: usize = self.data.recordings.iter().map(Signals::len).sum();
         let rate = jumps.rate(self.factor * all);
-        // From one level to another it jumps by the root of two times the levels' deviation.
-        let deviation = libm::sqrt(0.5) * jumps.ratio * self.fit.rows.sensor_sd;
+        let deviation = jumps.level_deviation(self.fit.rows.sensor_sd);
         let mut drawn = || -> f64 { StandardNormal.sample(random) };
         let mut level = 0.0;
         let next = |_| {

@@ -363,7 +363,7 @@ impl<'a, T: Side, const N: usize> Run<'a, T, N> {
             let measured = self.signals.y.get(n).copied().filter(|y| y.is_finite());
             let e = measured.map_or(T::all(0.0), |y| (T::all(y) - shown) + besides);
             *slot = e;
-            self.lanes.corrected(of_y * e);
+            self.lanes.corrected(of_y * e, gains.shown * e);
             (self.x, self.load, self.sensor) =
                 moves.moved(&gains, (self.x, self.load, self.sensor), *drive, e);
             self.held = drive.1;

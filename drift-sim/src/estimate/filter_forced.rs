@@ -40,7 +40,7 @@ impl<T: Side, const N: usize> Run<'_, T, N> {
                 self.load = self.load + gains.load * e;
                 self.sensor = self.sensor + gains.sensor * e;
                 if self.has_sensor_terms {
-                    self.lanes.corrected(of_y * e);
+                    self.lanes.corrected(of_y * e, gains.shown * e);
                 }
                 *slot = e;
             }

@@ -178,7 +178,8 @@ impl<'a, T: Side> Run<'a, T> {
                 state.x = state.x + gains.states[0] * e;
                 state.v = state.v + gains.states[1] * e;
                 if self.has_sensor_terms {
-                    self.lanes.corrected(gains.states[usize::from(!moves.shows_position)] * e);
+                    let of_y = gains.states[usize::from(!moves.shows_position)];
+                    self.lanes.corrected(of_y * e, gains.shown * e);
                 }
                 state.load = state.load + gains.load * e;
                 state.sensor = state.sensor + gains.sensor * e;

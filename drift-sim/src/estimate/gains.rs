@@ -34,27 +34,44 @@ pub struct Stretch {
     /// For each sample the variance of the innovation, in units of the sensor noise's: one over its root, and its logarithm.
     scales: Vec<(f64, f64)>,
     width: usize,
+    /// The place of what a slow sensor shows among the states.
+    shown_at: Option<usize>,
     /// What the gains of a mass follow from while dry friction may hold it.
     pub rest: Option<Law<f64>>,
 }
 
-/// Gains of the states, of load and sensor noise, and of the innovation's variance one over the root and the logarithm.
-pub type Parts<'a> = (&'a [f64], [f64; 2], (f64, f64));
+/// Gains of a sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts<'a> {
+    /// Of the states.
+    pub states: &'a [f64],
+    /// Of what a slow sensor shows, where it is followed.
+    pub shown: Option<f64>,
+    /// Of the load.
+    pub load: f64,
+    /// Of the sensor's noise.
+    pub sensor: f64,
+    /// Of the innovation's variance one over the root and the logarithm.
+    pub scales: (f64, f64),
+}
 
 impl Stretch {
-    /// Gains of a sample, and of the innovation's variance one over the root and the logarithm.
+    /// Gains of a sample.
     #[inline]
-    pub fn at(&self, sample: usize) -> (&[f64], (f64, f64)) {
+    pub fn at(&self, sample: usize) -> Parts<'_> {
         let row = (sample - self.from).min(self.scales.len() - 1);
-        (&self.gains[row * self.width..(row + 1) * self.width], self.scales[row])
+        let gains = &self.gains[row * self.width..(row + 1) * self.width];
+        let (states, noise) = gains.split_at(self.width - 2);
+        let (states, shown) = match self.shown_at {
+            Some(at) => (&states[..at], Some(states[at])),
+            None => (states, None),
+        };
+        Parts { states, shown, load: noise[0], sensor: noise[1], scales: self.scales[row] }
     }
 
-    /// The same, those of the states apart from those of load and sensor noise.
-    #[inline]
-    pub fn parts(&self, sample: usize) -> Option<Parts<'_>> {
-        let (gains, scales) = self.at(sample);
-        let (states, noise) = gains.split_last_chunk()?;
-        Some((states, *noise, scales))
+    /// Whether what a slow sensor shows is followed.
+    pub fn follows_shown(&self) -> bool {
+        self.shown_at.is_some()
     }
 
     /// The sample from which on they stay as they are.
@@ -133,6 +150,7 @@ fn of_width<const N: usize>(
         p[N - 2][N - 2] += jump;
         let tolerance = if is_jump { SETTLED_AGAIN } else { SETTLED };
         let mut stretch = step.stretch(&mut p, *from, to, tolerance)?;
+        stretch.shown_at = part.shown_at();
         if part.may_rest {
             stretch.rest = Some(Law { jump: (*from as f64, jump), ..step.law(n, &p) });
         }
@@ -201,7 +219,7 @@ impl<const N: usize> Step<N> {
                 }
             }
         }
-        Some(Stretch { from, gains, scales, width: N, rest: None })
+        Some(Stretch { from, gains, scales, width: N, shown_at: None, rest: None })
     }
 
     /// What the gains of a mass follow from, its settled covariance among it: of position and speed, or of the speed alone.

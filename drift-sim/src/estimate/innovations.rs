@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use crate::control_loop::Loop;
 use crate::physics::Term;
-use crate::simulate::{Observer, Simulation, Start};
+use crate::simulate::{Corrects, Observer, Simulation, Start};
 
-use super::gains::Stretch;
+use super::gains::{Parts, Stretch};
 use super::lattice::ROUNDING;
 use super::noise::Noise;
 use super::rest::Rest;
@@ -134,7 +134,7 @@ impl Observer for Run<'_> {
     }
 
     #[inline]
-    fn error(&mut self, n: usize, shown: f64, rate: f64, lacks: Option<f64>) -> Option<(f64, &[f64])> {
+    fn error(&mut self, n: usize, shown: f64, rate: f64, lacks: Option<f64>) -> Option<(f64, Corrects<'_>)> {
         if let Some((next, later)) = self.later.split_first()
             && n >= next.from
         {
@@ -151,13 +151,14 @@ impl Observer for Run<'_> {
             }
             return None;
         }
-        let (states, [load, sensor], (per_deviation, log_variance)) = self.stretch.parts(n)?;
+        let Parts { states, shown, load, sensor, scales } = self.stretch.at(n);
+        let (per_deviation, log_variance) = scales;
         let per_deviation = self.per_unit * per_deviation;
         let first = self.filter.first_state;
         let own = self.stretch.rest.as_ref().and_then(|law| {
             let at = |i: usize| i.checked_sub(first).and_then(|i| states.get(i)).copied().unwrap_or(0.0);
             let states = std::array::from_fn(at);
-            let moving = Gains { states, load, sensor, per_deviation, log_variance };
+            let moving = Gains { states, shown: 0.0, load, sensor, per_deviation, log_variance };
             self.rest.gains(law, n, (lacks.is_some(), lacks.unwrap_or(0.0)), &moving, e)
         });
         let (observed, load, sensor, per_deviation, log_variance) = match own {
@@ -178,7 +179,7 @@ impl Observer for Run<'_> {
         self.out.scaled.push(if counts { e * per_deviation } else { 0.0 });
         self.load += load * e;
         self.sensor += sensor * e;
-        Some((e, observed))
+        Some((e, Corrects { states: observed, shown }))
     }
 
     #[inline]

@@ -97,119 +97,43 @@ pub fn answer(hypothesis: &Hypothesis, point: &Point, data: &Data) -> Option<Vec
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, DVector};
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
-
     use super::{Jumps, answer};
-    use crate::control_loop::Loop;
+    use crate::estimate::all_at_once::{LAG, SAMPLES, SENSOR, placed, ways_apart};
     use crate::estimate::fit::Fit;
-    use crate::estimate::hypothesis::{Hypothesis, Point, Target};
-    use crate::estimate::innovations::SETTLING;
     use crate::estimate::likelihood::Data;
-    use crate::estimate::linear_part::LinearPart;
-    use crate::estimate::measure;
-    use crate::estimate::signals::Signals;
-    use crate::likelihood_search::options::Options;
-    use crate::likelihood_search::simulates::sequence;
 
-    const SAMPLES: usize = 160;
     const JUMPS: [usize; 2] = [60, 110];
     const LEVELS: [f64; 3] = [0.0, 0.4, -0.3];
-    const SENSOR: f64 = 0.05;
 
-    /// A lag of two samples driven by u, under a load that drifts a little and jumps twice.
-    fn recorded() -> Signals {
-        let mut random = ChaCha8Rng::seed_from_u64(6);
-        let u = sequence(SAMPLES, 0.3, 0.8, &mut random);
-        let drift = sequence(SAMPLES, 0.05, 0.9, &mut random);
-        let noise = sequence(SAMPLES, SENSOR, 0.0, &mut random);
-        let stays = libm::exp(-0.5);
-        let mut x = 0.0;
-        let shown = |(n, (drift, noise)): (usize, (f64, f64))| {
-            let y = x + noise;
-            let level = LEVELS[JUMPS.iter().filter(|jump| **jump <= n).count()];
-            x = stays * x + (1.0 - stays) * (u[n] - drift - level);
-            y
-        };
-        let y: Vec<f64> = drift.into_iter().zip(noise).enumerate().map(shown).collect();
-        Signals { sample_time_s: 1.0, r: vec![0.0; SAMPLES], u, y, ..Signals::default() }
-    }
-
-    fn placed() -> (Hypothesis, Point, Data) {
-        let text = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n\
-                    [plant]\nkind = \"first-order\"\ngain = 1.0\ntime_constant_s = 2.0\n";
-        let model = Loop::parse(text, "a loop").unwrap();
-        let signals = recorded();
-        let scales = measure::scales(&model, std::slice::from_ref(&signals));
-        let hypothesis = Hypothesis::nominal(&model, &scales, &Options::default().priors);
-        let data = Data::new(&hypothesis, vec![signals], vec![SAMPLES]);
-        let mut point = hypothesis.own_point();
-        for (target, value) in [
-            (Target::LoadSize, libm::log(scales.noise / scales.drive)),
-            (Target::LoadTau, libm::log(10.0)),
-            (Target::SensorRho, 0.2),
-        ] {
-            let place = hypothesis.place(target).unwrap();
-            point.x[place] = hypothesis.free[place].x_of(value);
-        }
-        (hypothesis, point, data)
-    }
-
-    /// Minus two log-likelihoods of the samples that count, given those before, from the covariance of all of them: the sensor noise's size is the likeliest one. U acts as a load less.
-    fn by_hand(hypothesis: &Hypothesis, point: &Point, data: &Data, jump: f64) -> f64 {
-        let realised = hypothesis.realise(point).unwrap();
-        let part = LinearPart::of(&realised.model, 0.0, &data.motions).unwrap();
-        let noise = realised.noise;
-        let phi = noise.load_phi(1.0);
-        // How y answers to a load in each sample.
-        let answers = DMatrix::from_fn(SAMPLES, SAMPLES, |n, k| {
-            if k < n { -part.c[0] * part.g[0] * libm::pow(part.f[0], (n - k - 1) as f64) } else { 0.0 }
-        });
-        let apart = |i: usize, k: usize| i.abs_diff(k) as f64;
-        let loads = DMatrix::from_fn(SAMPLES, SAMPLES, |i, k| {
-            // What it has jumped to fades as it does.
-            let begun = JUMPS.iter().filter(|at| **at <= i.min(k));
-            let jumped: f64 = begun.map(|at| libm::pow(phi, (i + k - 2 * at) as f64)).sum();
-            noise.load_ratio * noise.load_ratio * libm::pow(phi, apart(i, k)) + jump * jump * jumped
-        });
-        let sensor = DMatrix::from_fn(SAMPLES, SAMPLES, |i, k| {
-            libm::pow(noise.sensor_rho, apart(i, k)) + if i == k { noise.sensor_white } else { 0.0 }
-        });
-        let all = &answers * loads * answers.transpose() + sensor;
-        let signals = &data.recordings[0];
-        let of_u = &answers * DVector::from_column_slice(&signals.u);
-        let y = DVector::from_column_slice(&signals.y) + of_u;
-        let of_first = |samples: usize| {
-            let factor = all.view((0, 0), (samples, samples)).into_owned().cholesky().unwrap();
-            let y = y.rows(0, samples).into_owned();
-            (y.dot(&factor.solve(&y)), 2.0 * factor.l().diagonal().map(f64::ln).sum())
-        };
-        let ((squares, logs), (before, logs_before)) = (of_first(SAMPLES), of_first(SETTLING));
-        let count = (SAMPLES - SETTLING) as f64;
-        count * ((squares - before) / count).ln() + logs - logs_before
+    fn level(n: usize) -> f64 {
+        LEVELS[JUMPS.iter().filter(|jump| **jump <= n).count()]
     }
 
     /// The covariance of all samples at once tells how much likelier they are where the load may have jumped; the filter, sample by sample, tells the same.
     #[test]
     fn jumps_are_as_likely_as_the_covariance_of_all_samples_has_it() {
-        let (hypothesis, point, data) = placed();
-        let objective = |data: &Data| Fit::at(&hypothesis, &point, data).unwrap().objective();
+        let placed = placed(LAG, level);
         for ratio in [0.5, 7.0] {
+            let phi = placed.noise().load_phi(1.0);
+            // What it has jumped to fades as it does.
+            let jumped = |i: usize, k: usize| {
+                let begun = JUMPS.iter().filter(|at| **at <= i.min(k));
+                ratio * ratio * begun.map(|at| libm::pow(phi, (i + k - 2 * at) as f64)).sum::<f64>()
+            };
             let jumps = Jumps { at: vec![JUMPS.to_vec()], ratio };
-            let gained = objective(&data) - objective(&data.clone().jumping(jumps));
-            let expected =
-                by_hand(&hypothesis, &point, &data, 0.0) - by_hand(&hypothesis, &point, &data, ratio);
+            let (gained, expected) = ways_apart(&placed, &placed.data.clone().jumping(jumps), jumped);
             assert!(expected > 4.0 && (gained - expected).abs() < 0.01 * expected, "{gained} {expected}");
         }
+        assert_eq!(placed.data.recordings[0].len(), SAMPLES);
     }
 
     /// A load that begins shows in the innovations as it does in two runs that differ by it.
     #[test]
     fn the_answer_to_a_jump_is_the_difference_of_two_runs() {
-        let (hypothesis, point, data) = placed();
-        let rows = |data: &Data| Fit::at(&hypothesis, &point, data).unwrap().rows;
-        let plain = rows(&data);
+        let placed = placed(LAG, level);
+        let (hypothesis, point, data) = (&placed.hypothesis, &placed.point, &placed.data);
+        let rows = |data: &Data| Fit::at(hypothesis, point, data).unwrap().rows;
+        let plain = rows(data);
         let mut moved = data.clone();
         let stays = libm::exp(-0.5);
         let mut x = 0.0;
@@ -217,7 +141,7 @@ mod tests {
             *y += x;
             x = stays * x - (1.0 - stays) * SENSOR;
         }
-        let answer = answer(&hypothesis, &point, &data).unwrap();
+        let answer = answer(hypothesis, point, data).unwrap();
         let variance = plain.z.iter().map(|z| z * z).sum::<f64>() / plain.count as f64;
         let factor = variance.sqrt() * hypothesis.scales.noise / plain.sensor_sd;
         let differences = rows(&moved).z.into_iter().zip(&plain.z).map(|(a, b)| (a - b) / factor);

@@ -15,7 +15,7 @@ use crate::simulate::{Simulation, Start};
 
 use super::driven::Memory;
 use super::filter_batch;
-use super::gains::{Piece, Stretch, gains};
+use super::gains::{Parts, Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
 use super::innovations::{Filter, Innovations};
@@ -219,10 +219,10 @@ impl Cache {
         let (stretches, _) = cache.gains(&realised, data, data.longest(), (0, &[]))?;
         let (pieces, noise, ..) = cache.known.into_iter().next()??;
         let last = stretches.last()?;
-        let (gains, of_noise, scales) = last.parts(last.settled_from())?;
+        let Parts { states, shown, load, sensor, scales } = last.at(last.settled_from());
         let part = pieces.into_iter().next_back()?.1;
-        let gains = gains.get(..part.order())?.to_vec();
-        Some((part, (gains, of_noise, scales), (noise.load_phi(data.sample_time_s()), noise.sensor_rho)))
+        let gains = states.iter().copied().chain(shown).take(part.order()).collect();
+        Some((part, (gains, [load, sensor], scales), (noise.load_phi(data.sample_time_s()), noise.sensor_rho)))
     }
 
     fn gains(

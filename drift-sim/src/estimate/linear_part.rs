@@ -4,13 +4,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::control_loop::Loop;
-use crate::physics::{Context, Effect, Hook, Motion, Numbers, Term};
+use crate::physics::{Context, Effect, Follows, Hook, Motion, Numbers, Term};
 use crate::plant::zero_order_hold::discretise;
 use crate::plant::{Output, Plant, Servo, StateSpace};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// One sample of the linear plant: `x+ = f x - g*load`, `y = c x`.
+/// One sample of the linear plant: `x+ = f x - g*load`, `y = c x`. Behind a slow sensor what that shows is the last state, and `c` shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearPart {
     /// n rows of n numbers, row by row.
@@ -23,6 +23,8 @@ pub struct LinearPart {
     pub first_state: usize,
     /// Whether dry friction may hold the plant: a mass, its speed being the last state.
     pub may_rest: bool,
+    /// How y is made of the plant's states behind a slow sensor; empty where the sensor shows y.
+    behind: Vec<f64>,
 }
 
 impl LinearPart {
@@ -36,7 +38,33 @@ impl LinearPart {
         let is_dry = |hook: &Hook| matches!(hook, Hook::Friction | Hook::VaryingFriction);
         let rubs = effects.iter().any(|effect| effect.hooks().iter().any(is_dry));
         let may_rest = rubs && matches!(model.plant, Plant::Servo(_));
-        Some(Self { f: held.phi, g: held.gamma, c: plant.c, first_state, may_rest })
+        let part = Self { f: held.phi, g: held.gamma, c: plant.c, first_state, may_rest, behind: Vec::new() };
+        let mut follow = effects.iter().filter(|effect| effect.hooks().contains(&Hook::Sense));
+        // Of a mass that friction holds what a slow sensor shows is not followed.
+        match (follow.next().and_then(|effect| effect.follows()), follow.next()) {
+            (Some(follows), None) if !may_rest => Some(part.behind(follows)),
+            _ => Some(part),
+        }
+    }
+
+    /// The same behind a slow sensor.
+    fn behind(self, Follows { new, before, stays }: Follows) -> Self {
+        let n = self.order();
+        let f = DMatrix::from_row_slice(n, n, &self.f);
+        let row = DVector::from_column_slice(&self.c).transpose();
+        let shown = new * &row * &f + before * &row;
+        let mut wider = f.resize(n + 1, n + 1, 0.0);
+        wider.view_mut((n, 0), (1, n)).copy_from(&shown);
+        wider[(n, n)] = stays;
+        let of_load = new * (row * DVector::from_column_slice(&self.g))[0];
+        let g = self.g.into_iter().chain([of_load]).collect();
+        let c = (0..=n).map(|i| if i == n { 1.0 } else { 0.0 }).collect();
+        Self { f: wider.transpose().as_slice().to_vec(), g, c, behind: self.c, ..self }
+    }
+
+    /// The place of what a slow sensor shows among the states.
+    pub fn shown_at(&self) -> Option<usize> {
+        (!self.behind.is_empty()).then(|| self.order() - 1)
     }
 
     /// Number of states.
@@ -44,11 +72,24 @@ impl LinearPart {
         self.c.len()
     }
 
-    /// The states' covariance at the start: that of y and of its first differences being known to these deviations.
+    /// The states' covariance at the start: that of y and of its first differences being known to these deviations. A slow sensor shows y there.
     pub fn start_covariance(&self, deviations: &[f64]) -> DMatrix<f64> {
-        let n = self.order();
-        let step = DMatrix::from_row_slice(n, n, &self.f) - DMatrix::identity(n, n);
-        let mut row = DVector::from_column_slice(&self.c).transpose();
+        let all = self.order();
+        let n = self.shown_at().unwrap_or(all);
+        let f = DMatrix::from_row_slice(all, all, &self.f);
+        let row = DVector::from_column_slice(if n < all { &self.behind } else { &self.c }).transpose();
+        let of_plant = Self::start(&f.view((0, 0), (n, n)).into_owned(), row.clone(), deviations);
+        if n == all {
+            return of_plant;
+        }
+        let mut shows = DMatrix::identity(all, n);
+        shows.set_row(n, &row);
+        &shows * of_plant * shows.transpose()
+    }
+
+    fn start(f: &DMatrix<f64>, mut row: nalgebra::RowDVector<f64>, deviations: &[f64]) -> DMatrix<f64> {
+        let n = f.nrows();
+        let step = f - DMatrix::identity(n, n);
         let mut seen = DMatrix::zeros(n, n);
         for k in 0..n {
             let deviation = deviations.get(k).or(deviations.last()).copied().unwrap_or(1.0);
@@ -152,5 +193,39 @@ fn add_feedback(plant: &mut StateSpace, model: &Plant, along_position: f64, alon
         for (entry, back) in row.iter_mut().zip(&back) {
             *entry += b * back;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::control_loop::Loop;
+    use crate::estimate::all_at_once::{LAG, answers, by_hand, placed};
+    use crate::estimate::fit::Fit;
+    use crate::physics::Term;
+    use crate::simulate::{Start, replay};
+
+    /// Behind a slow sensor: the covariance of all samples at once tells how much less likely they are there, what that sensor makes of a pulse being simulated; the filter tells the same.
+    #[test]
+    fn behind_a_slow_sensor_samples_are_as_likely_as_the_covariance_of_all_has_it() {
+        let slow = Term::new("sensor_lag", &[("time_constant_s", 3.0)]).unwrap();
+        let plain = placed(LAG, |_| 0.0);
+        let text = format!("{LAG}[[physics]]\nkind = \"sensor_lag\"\ntime_constant_s = 3.0\n");
+        let behind = placed(&text, |_| 0.0);
+        let objective = |of: &crate::estimate::all_at_once::Placed| {
+            Fit::at(&of.hypothesis, &of.point, &of.data).unwrap().objective()
+        };
+        // A plant that is nothing but a gain, and lets y through.
+        let through = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n\
+            [plant]\nkind = \"state-space\"\na = [[-1.0]]\nb = [0.0]\nc = [0.0]\nd = 1.0\n";
+        let sensor = Loop { physics: vec![slow], ..Loop::parse(through, "a sensor").unwrap() };
+        let seen = |y: &[f64]| {
+            // What is held now is shown at the next sample.
+            let held: Vec<f64> = y.iter().skip(1).copied().chain([0.0]).collect();
+            replay(&sensor, &held, &[], 0, Some(&Start::default())).unwrap().y
+        };
+        let expected = by_hand(&plain, &answers(<[f64]>::to_vec), |_, _| 0.0)
+            - by_hand(&behind, &answers(seen), |_, _| 0.0);
+        let gained = objective(&plain) - objective(&behind);
+        assert!(expected < -20.0 && (gained - expected).abs() < 0.01 * expected.abs(), "{gained} {expected}");
     }
 }

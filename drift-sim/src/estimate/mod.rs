@@ -2,6 +2,8 @@
 //! ([`noise`]), one filter ([`innovations`]), one likelihood ([`likelihood`]), one search ([`fit`]) for all that is concluded from
 //! recordings.
 
+#[cfg(test)]
+mod all_at_once;
 mod bounded;
 pub mod driven;
 pub mod filter_batch;

@@ -232,6 +232,7 @@ impl<T: Side> Rest<T> {
         let or = |own: T, moving: T| T::choose(is_long, moving, own);
         Some(Gains {
             states: std::array::from_fn(|i| or(shown[i] * per_variance, moving.states[i])),
+            shown: moving.shown,
             load: or(shown[LOAD] * per_variance, moving.load),
             sensor: or(shown[SENSOR] * per_variance, moving.sensor),
             per_deviation: or(self.per_unit / variance.sqrt(), moving.per_deviation),

@@ -22,6 +22,8 @@ pub struct Lane<'a> {
 pub struct Gains<T, const N: usize> {
     /// Of the states.
     pub states: [T; N],
+    /// Of what a slow sensor shows, where it is followed.
+    pub shown: T,
     /// Of the load.
     pub load: T,
     /// Of the sensor's noise.
@@ -58,11 +60,13 @@ impl<'a> Lanes<'a> {
         T::of(|lane| shown[lane])
     }
 
-    /// Tells the sensors by how much y was corrected.
+    /// Tells the sensors by how much y was corrected, and what they show where that is followed.
     #[inline(always)]
-    pub fn corrected<T: Side>(&mut self, by: T) {
+    pub fn corrected<T: Side>(&mut self, y_by: T, shown_by: T) {
         for (lane, own) in self.0.iter_mut().enumerate() {
-            own.simulation.corrected(by.lane(lane));
+            let is_followed = own.filter.gains.first().is_some_and(Stretch::follows_shown);
+            let shown_by = is_followed.then(|| shown_by.lane(lane));
+            own.simulation.corrected(y_by.lane(lane), shown_by);
         }
     }
 
@@ -104,18 +108,17 @@ impl<'a> Lanes<'a> {
         let skipped = |lane: usize| self.0.get(lane).map_or(0, |lane| lane.filter.first_state);
         let own = |i: usize| {
             T::of(|lane| {
-                let (gains, _) = at(lane);
-                let observed = gains.len().saturating_sub(2);
-                i.checked_sub(skipped(lane)).filter(|i| *i < observed).map_or(0.0, |i| gains[i])
+                let place = i.checked_sub(skipped(lane));
+                place.and_then(|i| at(lane).states.get(i).copied()).unwrap_or(0.0)
             })
         };
-        let last = |back: usize| T::of(|lane| at(lane).0.iter().rev().nth(back).copied().unwrap_or(0.0));
         Some(Gains {
             states: std::array::from_fn(own),
-            load: last(1),
-            sensor: last(0),
-            per_deviation: self.each::<T>(|lane| 1.0 / lane.filter.unit) * T::of(|lane| at(lane).1.0),
-            log_variance: T::of(|lane| at(lane).1.1),
+            shown: T::of(|lane| at(lane).shown.unwrap_or(0.0)),
+            load: T::of(|lane| at(lane).load),
+            sensor: T::of(|lane| at(lane).sensor),
+            per_deviation: self.each::<T>(|lane| 1.0 / lane.filter.unit) * T::of(|lane| at(lane).scales.0),
+            log_variance: T::of(|lane| at(lane).scales.1),
         })
     }
 }

@@ -131,11 +131,27 @@ pub trait Effect: Send + Sync {
     /// What the sensor shows before the first sample.
     fn shows(&mut self, _y: f64) {}
 
-    /// What the sensor shows has been corrected by this: an observer moved the plant's state beside a recording.
-    fn correct(&mut self, _by: f64) {}
+    /// An observer has moved the plant's state beside a recording: y by this, and what the sensor shows by its own part, where the observer knows how it follows y.
+    fn correct(&mut self, _y_by: f64, _shown_by: Option<f64>) {}
+
+    /// How what the sensor shows follows y from sample to sample; `None` where that is no line.
+    fn follows(&self) -> Option<Follows> {
+        None
+    }
 
     /// A copy in the same state.
     fn copy(&self) -> Box<dyn Effect>;
+}
+
+/// What a sensor shows a sample later: of the new y, of the one before, and of what it showed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Follows {
+    /// Of the new y.
+    pub new: f64,
+    /// Of the one before.
+    pub before: f64,
+    /// Of what it showed.
+    pub stays: f64,
 }
 
 impl Clone for Box<dyn Effect> {

@@ -48,7 +48,7 @@ mod stribeck_friction;
 mod unmodelled_lag;
 mod viscous_friction;
 
-pub use effect::{Context, Effect, Hook, Motion, Numbers};
+pub use effect::{Context, Effect, Follows, Hook, Motion, Numbers};
 pub use parameter::{Parameter, Range, Searched};
 pub use scales::Scales;
 pub use starts::{Over, Start, Starts, Weight, grid};

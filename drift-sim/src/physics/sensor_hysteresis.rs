@@ -46,9 +46,9 @@ impl Effect for SensorHysteresis {
         self.shown = Some(y);
     }
 
-    fn correct(&mut self, by: f64) {
+    fn correct(&mut self, y_by: f64, _: Option<f64>) {
         if let Some(shown) = &mut self.shown {
-            *shown += by;
+            *shown += y_by;
         }
     }
 

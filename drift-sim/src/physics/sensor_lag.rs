@@ -2,7 +2,8 @@
 //! between samples.
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
+    Begins, Effect, Family, Follows, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant,
+    grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -39,6 +40,19 @@ impl Effect for SensorLag {
         let shown = y - lag + (shown - before + lag) * self.decay;
         self.state = Some([shown, y]);
         shown
+    }
+
+    fn correct(&mut self, y_by: f64, shown_by: Option<f64>) {
+        if let (Some([shown, before]), Some(shown_by)) = (&mut self.state, shown_by) {
+            *shown += shown_by;
+            *before += y_by;
+        }
+    }
+
+    fn follows(&self) -> Option<Follows> {
+        let Self { decay, slope, .. } = *self;
+        let left = slope * decay;
+        Some(Follows { new: 1.0 - slope + left, before: slope - left - decay, stays: decay })
     }
 
     fn copy(&self) -> Box<dyn Effect> {

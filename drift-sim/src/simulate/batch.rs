@@ -199,9 +199,9 @@ impl Simulation {
         self.terms.sense(tick, tick as f64 * self.sample_time_s, y)
     }
 
-    /// Tells the sensor by how much y was corrected.
-    pub fn corrected(&mut self, by: f64) {
-        self.terms.correct(by);
+    /// Tells the sensor by how much y was corrected, and what it shows where that is known.
+    pub fn corrected(&mut self, y_by: f64, shown_by: Option<f64>) {
+        self.terms.correct(y_by, shown_by);
     }
 
     /// What the sensor shows of a y at a sample.

@@ -29,7 +29,7 @@ mod terms;
 
 pub use driving::{DEFAULT_SAMPLES, Driving, Row, samples, samples_within, time_s};
 pub use law::replay_law;
-pub use observed::Observer;
+pub use observed::{Corrects, Observer};
 pub use start::Start;
 
 use rand_chacha::ChaCha8Rng;
@@ -264,7 +264,7 @@ impl Simulation {
             *state += by;
         }
         let after = self.body.output(self.held_drive);
-        self.terms.correct(after - before);
+        self.terms.correct(after - before, None);
     }
 
     /// The controller's integrator, in the unit of u.

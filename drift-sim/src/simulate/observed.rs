@@ -16,11 +16,19 @@ pub trait Observer {
     fn inputs(&mut self, n: usize) -> &[f64];
 
     /// Told y as the sensor is about to show it at sample `n`, dy/dt there, and the force that `lacks` for a plant that dry friction holds to be moved: how far y is
-    /// off, and by how much each state, from the first that is observed on, moves with that; `None` where nothing was measured.
-    fn error(&mut self, n: usize, shown: f64, rate: f64, lacks: Option<f64>) -> Option<(f64, &[f64])>;
+    /// off, and by how much all else moves with that; `None` where nothing was measured.
+    fn error(&mut self, n: usize, shown: f64, rate: f64, lacks: Option<f64>) -> Option<(f64, Corrects<'_>)>;
 
     /// u, and a load (subtracted from the drive) beside those of the terms, both held until the next sample.
     fn held(&mut self, n: usize) -> (f64, f64);
+}
+
+/// By how much states move with an error.
+pub struct Corrects<'a> {
+    /// Those of the plant, from the first that is observed on.
+    pub states: &'a [f64],
+    /// What a slow sensor shows, where the observer follows it.
+    pub shown: Option<f64>,
 }
 
 /// A plant as the run steps it.
@@ -154,7 +162,7 @@ impl Around<'_> {
             let shown = self.terms.sensor(self.tick, t, y);
             let lacks = plant.lacks();
             if let Some((error, gains)) = observer.error(n, shown, rate, lacks) {
-                self.correct(plant, error, gains);
+                self.correct(plant, error, &gains);
             }
             let (u, own_load) = observer.held(n);
             let w = self.terms.actuator(self.tick, t, u + outside);
@@ -174,15 +182,15 @@ impl Around<'_> {
     }
 
     #[inline]
-    fn correct(&mut self, plant: &mut impl Stepped, error: f64, gains: &[f64]) {
+    fn correct(&mut self, plant: &mut impl Stepped, error: f64, gains: &Corrects<'_>) {
         let heeds = self.terms.heeds_corrections();
         let before = if heeds { plant.output_at(self.held_drive) } else { 0.0 };
-        for (state, gain) in plant.states().iter_mut().skip(self.first_state).zip(gains) {
+        for (state, gain) in plant.states().iter_mut().skip(self.first_state).zip(gains.states) {
             *state += gain * error;
         }
         if heeds {
             let by = plant.output_at(self.held_drive) - before;
-            self.terms.correct(by);
+            self.terms.correct(by, gains.shown.map(|gain| gain * error));
         }
     }
 }

@@ -194,8 +194,8 @@ impl Terms {
     }
 
     /// What the sensor shows has been corrected.
-    pub fn correct(&mut self, by: f64) {
-        self.sensing(|effect| effect.correct(by));
+    pub fn correct(&mut self, y_by: f64, shown_by: Option<f64>) {
+        self.sensing(|effect| effect.correct(y_by, shown_by));
     }
 
     fn sensing(&mut self, change: impl Fn(&mut dyn Effect)) {

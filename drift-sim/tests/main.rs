@@ -50,6 +50,7 @@ mod sentences;
 mod shell_support;
 mod side_by_side;
 mod simulate_command;
+mod swinging_load;
 
 /// A file that is not named above would not run.
 #[test]

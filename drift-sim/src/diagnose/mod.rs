@@ -9,6 +9,7 @@ pub(crate) mod cycle;
 mod drive_charts;
 mod free_run;
 pub mod load_jumps;
+pub mod load_waves;
 pub mod locate;
 pub(crate) mod missing_drive;
 mod motion;
@@ -29,6 +30,7 @@ use crate::likelihood_search::{self, options::Options};
 use crate::physics::{Family, Place, Term};
 use crate::{Error, Result};
 use load_jumps::LoadJumps;
+use load_waves::LoadWaves;
 use locate::{Dependence, MismatchSpan};
 use missing_drive::MissingDrive;
 pub use named::Named;
@@ -165,6 +167,8 @@ pub struct Diagnosis {
     pub missing_drive: Option<MissingDrive>,
     /// Jumps of the load that count as noise; `None` where it does not jump in the first recording.
     pub load_jumps: Option<LoadJumps>,
+    /// Waves of the load that count as noise; `None` where it does not swing in the first recording.
+    pub load_waves: Option<LoadWaves>,
 }
 
 impl Diagnosis {

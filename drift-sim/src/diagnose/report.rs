@@ -6,6 +6,7 @@ use crate::physics::{Term, UnitNames};
 use crate::sentences::{self, Clock};
 
 use super::load_jumps::LoadJumps;
+use super::load_waves::LoadWaves;
 use super::prove::FitPct;
 use super::{Diagnosis, Fits, Named};
 
@@ -46,6 +47,7 @@ pub fn json(diagnosis: &Diagnosis, model: Option<&str>, clock: &Clock, start_s: 
         "samples_not_used": diagnosis.not_used,
         "more_is_missing": diagnosis.far_off,
         "load_jumps": diagnosis.load_jumps.as_ref().map(LoadJumps::to_json),
+        "load_waves": diagnosis.load_waves.as_ref().map(LoadWaves::to_json),
         "physics": physics,
         "candidates": of_kinds(&diagnosis.candidates),
         "rivals": of_kinds(&diagnosis.rivals),

@@ -18,11 +18,12 @@ use super::filter_batch;
 use super::gains::{Parts, Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
-use super::innovations::{Filter, Innovations};
+use super::innovations::{Filter, Innovations, SETTLING};
 use super::jumps::Jumps;
 use super::linear_part::LinearPart;
 use super::noise::Noise;
 use super::signals::{Signals, deviation, held};
+use super::waves::{Swings, Waves};
 use super::whiten::Whitener;
 
 /// Recordings of one loop, and how much of each a fit may see.
@@ -40,6 +41,8 @@ pub struct Data {
     coloring: Whitener,
     /// When their load jumps.
     jumps: Jumps,
+    /// How fast something swings beside their loop.
+    waves: Waves,
     /// Motions in them.
     pub motions: Vec<Motion>,
     /// Deviations to which y and its first differences are known at the start.
@@ -84,6 +87,7 @@ impl Data {
             fitted,
             coloring,
             jumps: Jumps::default(),
+            waves: Waves::default(),
             motions,
             start_deviations,
             driven,
@@ -157,6 +161,30 @@ impl Data {
         Self { jumps, first_look, ..self }
     }
 
+    /// The same recordings where something swings beside the loop.
+    #[must_use]
+    pub fn swinging(self, waves: Waves) -> Self {
+        let first_look = self.first_look.map(|look| Arc::new((*look).clone().swinging(waves.clone())));
+        Self { waves, first_look, ..self }
+    }
+
+    /// How fast something swings beside their loop.
+    pub fn waves(&self) -> &Waves {
+        &self.waves
+    }
+
+    /// What swings beside the loop over those samples of a recording that count.
+    fn swings(&self, recording: usize, signals: &Signals, counted: &Range<usize>) -> Option<Swings> {
+        let hz = self.waves.of(recording);
+        if hz.is_empty() {
+            return None;
+        }
+        let from = counted.start.max(SETTLING);
+        let counts = signals.y.iter().take(counted.end).enumerate();
+        let counts: Vec<bool> = counts.map(|(n, y)| n >= from && y.is_finite()).collect();
+        Some(Swings::over(hz, signals.sample_time_s, &counts))
+    }
+
     /// When their load jumps.
     pub fn jumps(&self) -> &Jumps {
         &self.jumps
@@ -222,7 +250,11 @@ impl Cache {
         let Parts { states, shown, load, sensor, scales } = last.at(last.settled_from());
         let part = pieces.into_iter().next_back()?.1;
         let gains = states.iter().copied().chain(shown).take(part.order()).collect();
-        Some((part, (gains, [load, sensor], scales), (noise.load_phi(data.sample_time_s()), noise.sensor_rho)))
+        Some((
+            part,
+            (gains, [load, sensor], scales),
+            (noise.load_phi(data.sample_time_s()), noise.sensor_rho),
+        ))
     }
 
     fn gains(
@@ -307,9 +339,11 @@ fn rows_of(points: &[(&Hypothesis, &Point, Ready)], data: &Data) -> Vec<Option<R
             points.iter().map(|(of, _, ready)| ready.filter(of, data, i, signals)).collect();
         // There are gains of every recording.
         let filters = filters.unwrap_or_default();
+        let swings = data.swings(i, signals, &counted);
         for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
+                swings.iter().for_each(|swings| swings.take_out(&mut run.scaled));
                 runs.push(run);
                 runs
             });
@@ -408,8 +442,9 @@ pub fn runs(
     let ready = Ready::at(hypothesis, point, data, cache, samples)?;
     let each = data.counted().map(|(i, signals, counted, _)| {
         let (filter, start) = ready.filter(hypothesis, data, i, signals)?;
-        let mut run = filter.run(signals, &start, counted, in_detail)?;
+        let mut run = filter.run(signals, &start, counted.clone(), in_detail)?;
         data.coloring.whiten(&mut run.scaled);
+        data.swings(i, signals, &counted).iter().for_each(|swings| swings.take_out(&mut run.scaled));
         Some(run)
     });
     each.collect()

@@ -28,4 +28,5 @@ pub mod noise;
 mod rest;
 mod side_by_side;
 pub mod signals;
+pub mod waves;
 pub mod whiten;

@@ -4,6 +4,7 @@
 use crate::control_loop::Loop;
 use crate::diagnose::cause::Cause;
 use crate::diagnose::load_jumps::LoadJumps;
+use crate::diagnose::load_waves::LoadWaves;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
 use crate::diagnose::prove::FitPct;
@@ -186,6 +187,7 @@ impl Conclusion<'_> {
             controller: self.law.replay,
             missing_drive,
             load_jumps: LoadJumps::of(best, self.data),
+            load_waves: LoadWaves::of(self.data),
             far_off: false,
         }
     }

@@ -6,11 +6,10 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::prove::FitPct;
 use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
-use crate::estimate::signals::{Signals, range};
+use crate::estimate::signals::Signals;
 use crate::sentences;
 use crate::stage;
 
-use super::Case;
 use super::attempts::Attempt;
 use super::conclude::{self, Conclusion};
 use super::decide::priced;
@@ -20,6 +19,7 @@ use super::plants::Identified;
 use super::search::Found;
 use super::simulates::Trial;
 use super::unseen::{Unseen, fit_pct};
+use super::{Case, holds};
 
 /// A diagnosis, and whether it stands.
 pub struct Tried {
@@ -76,7 +76,7 @@ impl<'a> Judge<'a> {
     pub fn judged(&self, beside: &Identified, end: Found, least: Option<FitPct>) -> Tried {
         stage::begins("intervals and proof", 0);
         let fit = end.best.clone().unwrap_or_else(|| end.base.clone());
-        let fit = self.parts.showing(&fit, beside.data.jumps(), self.attempt.factor).unwrap_or(fit);
+        let fit = self.parts.showing(&fit, &beside.data, self.attempt.factor).unwrap_or(fit);
         let (is_noise, predicted) = (end.is_noise, end.predicted);
         let is_coarse = beside.is_guessed && self.rests && end.quantum.is_none();
         let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
@@ -114,7 +114,7 @@ impl<'a> Judge<'a> {
             is_sure || is_proven
         };
         // Of a loop that holds, and of which nothing is known, a load that jumps moves all there is: no plant is told by that.
-        let is_told = !(is_own_guess && beside.data.jumps().count() > 0 && self.holds());
+        let is_told = !(is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings));
         let stands = is_shown
             && is_told
             && !is_coarse
@@ -129,15 +129,6 @@ impl<'a> Judge<'a> {
             reached,
             is_sure: is_sure && least.is_none(),
         }
-    }
-
-    /// Whether the reference stays where it is.
-    fn holds(&self) -> bool {
-        let moves = |signals: &Signals| {
-            let (low, high) = range(&signals.r);
-            high > low
-        };
-        !self.parts.recordings.iter().any(moves)
     }
 
     fn concluded(&self, end: Found, fit: &Fit, beside: &Identified) -> Diagnosis {

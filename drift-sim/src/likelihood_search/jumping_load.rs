@@ -6,7 +6,6 @@
 use crate::cores::AcrossCores as _;
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::Target;
 use crate::estimate::inner_product::dot;
 use crate::estimate::jumps::{Jumps, answer};
 use crate::estimate::likelihood::Data;
@@ -15,26 +14,19 @@ use crate::physics::{Kind, Place};
 use crate::stage;
 
 use super::decide::priced;
-use super::glance::{Glance, Round};
-use super::nominal;
+use super::load_noise::{judged_again, looked_beside, refitted};
 use super::options::Options;
 use super::plants::Identified;
-use super::rivals::{Field, begins_at_once, last_kind, shared_point, stuck};
+use super::rivals::{Field, begins_at_once};
 
 /// Log-likelihood that a jump promises at least beside the choice of its time, which costs the logarithm of the samples.
 const PROMISES: f64 = 5.0;
 /// Fewer jumps are no noise: a load that jumps once is a load that jumps.
 const LEAST: usize = 3;
-/// Rounds in which jumps are looked for, and steps of the fit after each.
+/// Rounds in which jumps are looked for.
 const ROUNDS: usize = 6;
-const STEPS: usize = 6;
-/// Steps of the fits that kinds are judged beside.
-const LONG: usize = 20;
 /// Part of what the largest jump of a round promises that another one must promise to be taken in the same round.
 const PART: f64 = 0.1;
-/// Part of the leading kind's gain from which on jumps are looked for beside a kind, and the most of such kinds.
-const LEADING: f64 = 0.5;
-const KINDS: usize = 2;
 /// Samples for each jump of a recording, at least: what jumps more often drifts.
 const APART: usize = 100;
 /// How many times the others' deviation a jump is no jump like the others, and is left to be named.
@@ -72,14 +64,18 @@ pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identifi
         return (found, field);
     }
     stage::begins("jumps of the load", 0);
-    let again = likeliest(&found.data, &field, options)
-        .and_then(|jumping| judged_again(&jumping, &found, &field, options));
+    let again = likeliest(&found.data, &field, options).and_then(|Jumping { fit, jumps, .. }| {
+        let jumps = as_jumps(&jumps, &found.data, fit.rows.sensor_sd);
+        let data = found.data.clone().jumping(jumps);
+        judged_again(&fit, data, (&found, &field, looked_beside(&field, is_jump)), options)
+    });
     again.unwrap_or((found, field))
 }
 
 /// The likeliest of base and leading kinds with the jumps that each asks for, where these are noise and it is likelier than all of them without.
 fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
-    let begun = looked_beside(field).into_iter().map(|fit| Jumping::new(fit.clone(), Vec::new(), data));
+    let begun =
+        looked_beside(field, is_jump).into_iter().map(|fit| Jumping::new(fit.clone(), Vec::new(), data));
     let begun: Vec<Jumping> = begun.collect();
     let without = begun.iter().map(|begun| begun.price).fold(f64::INFINITY, f64::min);
     let (first, others): (Vec<Jumping>, Vec<Jumping>) =
@@ -98,43 +94,9 @@ fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
     is_noise.then_some(Jumping { jumps, ..best })
 }
 
-/// The base, and the fits of the kinds that lead.
-fn looked_beside(field: &Field) -> Vec<&Fit> {
-    let top = field.rivals.first().map_or(0.0, |best| field.gain(best));
-    // A load that jumps once is one of the jumps.
-    let is_jump = |kind: &Kind| kind.place == Place::Disturbance && begins_at_once(kind);
-    let leading = field
-        .rivals
-        .iter()
-        .filter(|rival| rival.ended && !is_jump(rival.kind) && field.gain(rival) > LEADING * top);
-    std::iter::once(&field.base).chain(leading.take(KINDS).map(|rival| &rival.fit)).collect()
-}
-
-/// Every kind again, beside the base under these jumps.
-fn judged_again(
-    Jumping { fit, jumps, .. }: &Jumping,
-    found: &Identified,
-    field: &Field,
-    options: &Options,
-) -> Option<(Identified, Field)> {
-    let data = found.data.clone().jumping(as_jumps(jumps, &found.data, fit.rows.sensor_sd));
-    let on = |fit: &Fit| under_jumps(fit, &data);
-    let of_best = Fit::at(&field.base.hypothesis, &shared_point(&field.base, fit), &data);
-    let begun = [on(&field.base), of_best.and_then(|fit| on(&fit))].into_iter().flatten();
-    let mut base = begun.min_by(|a, b| a.objective().total_cmp(&b.objective()))?;
-    base.descend(&data, LONG, &[]);
-    nominal::under_other_noise(&mut base, &data);
-    let look = data.look();
-    let base = base.on_look(&data)?;
-    let mut glance = Glance::of(&base, look, Round::First(options.least_gain))?;
-    for fit in looked_beside(field).into_iter().skip(1) {
-        if let Some((kind, fit)) = last_kind(fit).zip(on(fit).and_then(|fit| fit.on_look(&data))) {
-            glance.offer(kind, fit);
-        }
-    }
-    let field = glance.sketched(look).finished(&base, &data)?;
-    let nominal = field.base.clone();
-    Some((Identified { nominal, data, is_guessed: found.is_guessed }, field))
+/// A load that jumps once is one of the jumps.
+fn is_jump(kind: &Kind) -> bool {
+    kind.place == Place::Disturbance && begins_at_once(kind)
 }
 
 /// A fit with the jumps that it asks for; `None` where their rounds seem to lead to no less than was reached elsewhere.
@@ -148,7 +110,7 @@ fn jumping_beside(mut best: Jumping, data: &Data, reached: f64) -> Option<Jumpin
         let mut jumps = best.jumps.clone();
         jumps.extend(more);
         let jumping = data.clone().jumping(as_jumps(&jumps, data, best.fit.rows.sensor_sd));
-        let Some(fit) = under_jumps(&best.fit, &jumping) else { break };
+        let Some(fit) = refitted(&best.fit, &jumping) else { break };
         let now = Jumping::new(fit, jumps, data);
         if now.price >= best.price {
             break;
@@ -159,27 +121,6 @@ fn jumping_beside(mut best: Jumping, data: &Data, reached: f64) -> Option<Jumpin
         best = now;
     }
     Some(best)
-}
-
-/// Logarithm of the load's size over the drive's where only its jumps are left of it, and its time constant as the negative part of the recording: what it has jumped to stays.
-const LEFT_OF_LOAD: (f64, f64) = (-5.0, -5.0);
-/// The longest time constant of such a load, in durations of the recording.
-const LONGEST_TAU: f64 = 20.0;
-
-/// A fit gone on where the load jumps: from its own noise, and from one that holds the load between jumps.
-fn under_jumps(fit: &Fit, data: &Data) -> Option<Fit> {
-    let mut hypothesis = fit.hypothesis.clone();
-    let longest = libm::log(LONGEST_TAU * hypothesis.scales.duration_s);
-    let tau = hypothesis.free.iter_mut().find(|free| free.target == Target::LoadTau);
-    tau.into_iter().for_each(|free| free.high = longest);
-    let hypothesis = &hypothesis;
-    let rho = hypothesis.place(Target::SensorRho).and_then(|place| fit.point.x.get(place));
-    let (size, tau) = LEFT_OF_LOAD;
-    let held = nominal::with_noise(hypothesis, &fit.point, size, tau, rho.copied().unwrap_or(0.0));
-    let mut begun: Vec<Fit> =
-        [&fit.point, &held].into_iter().filter_map(|point| Fit::at(hypothesis, point, data)).collect();
-    begun.par_iter_mut().for_each(|fit| fit.descend(data, STEPS, &stuck(&fit.hypothesis)));
-    begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
 }
 
 /// Jumps that promise enough beside those that are known, the largest first.

@@ -29,6 +29,7 @@ mod judge;
 mod jumping_load;
 mod law;
 mod limit_cycle;
+mod load_noise;
 mod locate;
 pub mod loop_likelihood;
 mod missing_drive;
@@ -49,6 +50,7 @@ mod standing_load;
 mod starts;
 mod steadiness;
 mod sticking_motor;
+mod swinging_load;
 mod two_levels;
 mod under_coloring;
 pub(crate) mod units;
@@ -64,7 +66,7 @@ use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::lattice;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
-use crate::estimate::signals::{Signals, deviation, held};
+use crate::estimate::signals::{Signals, deviation, held, range};
 use crate::physics::Term;
 use crate::plant::Plant;
 use crate::stage;
@@ -212,12 +214,31 @@ impl Case<'_> {
         } else {
             (found, first)
         };
-        let (found, first) = jumping_load::taken_up(found, first, options);
+        // The steps of a coarse sensor have lines of their own.
+        // What holds by dry friction does not follow a wave.
+        let may_rest = matches!(found.nominal.hypothesis.model.plant, Plant::Servo(_));
+        let may_swing = quantum.is_none() && !((is_plant_open || may_rest) && holds(&parts.recordings));
+        let (found, first) =
+            if may_swing { swinging_load::taken_up(found, first, options) } else { (found, first) };
+        let (found, first) = if found.data.waves().count() == 0 {
+            jumping_load::taken_up(found, first, options)
+        } else {
+            (found, first)
+        };
         let search = Search { data: &found.data, options, is_plant_open };
         let result = search.run(search.with_own_terms(first));
         let result = Found { quantum, ..result };
         Some((found, result))
     }
+}
+
+/// Whether the reference stays where it is.
+fn holds(recordings: &[Signals]) -> bool {
+    let moves = |signals: &Signals| {
+        let (low, high) = range(&signals.r);
+        high > low
+    };
+    !recordings.iter().any(moves)
 }
 
 /// Steps of the fits that go on under another noise, or on other samples.

@@ -2,7 +2,6 @@
 
 use crate::estimate::first_look::{coarser, fewer};
 use crate::estimate::fit::Fit;
-use crate::estimate::jumps::Jumps;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
 
@@ -44,10 +43,10 @@ impl Parts {
         Self { recordings: coarser(recordings, factor), fitted: fewer(fitted, factor), ..*self }
     }
 
-    /// A fit to samples so many times as coarse as these show it, the load jumping there; `None` where it can't be simulated there.
-    pub fn showing(&self, fit: &Fit, jumps: &Jumps, factor: usize) -> Option<Fit> {
+    /// A fit to data in samples so many times as coarse, as these show it, the load jumping and swinging as it does there; `None` where it can't be simulated there.
+    pub fn showing(&self, fit: &Fit, of: &Data, factor: usize) -> Option<Fit> {
         let data = Data::new(&fit.hypothesis, self.recordings.clone(), self.fitted.clone());
-        fit.on(&data.jumping(jumps.in_finer_samples(factor)))
+        fit.on(&data.jumping(of.jumps().in_finer_samples(factor)).swinging(of.waves().clone()))
     }
 
     /// What fits are shown on: what numbers were fitted to, of the first recording, and what proves.

@@ -451,7 +451,7 @@ impl Field {
 }
 
 /// A fit's point with the plant's, the load's and the noise's numbers of another.
-fn with_shared(fit: &Fit, other: &Fit) -> Point {
+pub fn with_shared(fit: &Fit, other: &Fit) -> Point {
     let mut point = fit.point.clone();
     for (free, x) in fit.hypothesis.free.iter().zip(&mut point.x) {
         let shared = is_noise(free.target) || is_of_loop(free.target);

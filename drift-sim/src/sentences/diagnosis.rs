@@ -17,7 +17,7 @@ const FOLLOWS_PCT: f64 = 5.0;
 pub fn diagnosis(found: &Diagnosis, clock: &Clock, start_s: f64) -> Answer {
     let telling = Telling { found, clock, start_s, units: found.nominal.unit_names() };
     let (status, sentence, also) = telling.words();
-    let also = [Some(also).filter(|also| !also.is_empty()), telling.load_jumps()];
+    let also = [Some(also).filter(|also| !also.is_empty()), telling.load_jumps(), telling.load_waves()];
     let also = also.into_iter().flatten().collect::<Vec<_>>().join(" ");
     Answer { status, sentence, also, numbers: telling.numbers(status) }
 }
@@ -210,6 +210,14 @@ impl Telling<'_> {
             times => format!("{times} times"),
         };
         Some(format!("The load jumps {times}, by about {size}; this counts as noise."))
+    }
+
+    /// What swings beside the loop.
+    fn load_waves(&self) -> Option<String> {
+        let waves = self.found.load_waves.as_ref()?;
+        let at: Vec<String> = waves.frequencies_hz.iter().map(|hz| plain(*hz, 2)).collect();
+        let at = with_unit(at.join(" and "), "Hz");
+        Some(format!("Something swings at {at} beside the loop; this counts as noise."))
     }
 
     /// A term in a sentence, with when it began.

@@ -23,7 +23,7 @@ use crate::physics::{Kind, Over, Scales, Starts, Term};
 
 pub use forecast::Look;
 pub use onset::at as at_onset;
-use spectrum::Spectrum;
+pub use spectrum::Spectrum;
 
 /// A point to begin at.
 #[derive(Debug, Clone)]

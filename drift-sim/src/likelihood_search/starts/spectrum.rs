@@ -35,6 +35,16 @@ impl Spectrum {
         Some(out)
     }
 
+    /// Periods in a sample at a place of a spectrum, between two of its values as well.
+    pub fn per_sample(&self, place: f64) -> f64 {
+        place / self.forward.len() as f64
+    }
+
+    /// The place of so many periods in a sample.
+    pub fn place(&self, per_sample: f64) -> usize {
+        libm::ceil(per_sample * self.forward.len() as f64) as usize
+    }
+
     /// How much each of a spectrum's values counts in sums over its signal's samples (Parseval): all but the ends stand for two.
     pub fn weight(&self, place: usize) -> f64 {
         let size = self.forward.len();

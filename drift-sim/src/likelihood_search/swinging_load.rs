@@ -1,0 +1,262 @@
+//! A load that swings is noise of another kind than one that drifts: where nothing is known of its waves, a resonance, a lag or a sticking valve seems to explain them. Waves are
+//! looked for as lines in the spectrum of what was not foretold, in each recording by itself, beside the plant alone and beside the kinds that lead; the likeliest of these, waves and
+//! all, tells how the load swings, and every kind is judged anew beside those waves. A load that swings as one wave in all recordings, with one phase, is no noise and is named.
+
+use crate::cores::AcrossCores as _;
+
+use crate::estimate::fit::Fit;
+use crate::estimate::inner_product::dot;
+use crate::estimate::likelihood::Data;
+use crate::estimate::signals::Signals;
+use crate::estimate::waves::{MOST_WAVES, Swings, Waves};
+use crate::physics::{KINDS, Kind, Over, Starts};
+use crate::stage;
+
+use super::decide::priced;
+use super::load_noise::{judged_again, looked_beside, refitted};
+use super::options::Options;
+use super::plants::Identified;
+use super::rivals::Field;
+use super::starts::{Base, Spectrum, begins};
+
+/// Log-likelihood that a line promises at least beside the choice of its frequency, which costs the logarithm of the samples.
+const PROMISES: f64 = 5.0;
+/// How many times finer than one period over the recording lines are looked for.
+const FINER: usize = 4;
+/// Periods of a wave in a recording, at least, for what swings fewer times drifts; and samples of a period, at least.
+const LEAST_PERIODS: f64 = 3.0;
+const LEAST_SAMPLES: f64 = 10.0;
+/// Times that the frequencies of waves are found again beside each other.
+const REFINED: usize = 2;
+/// Periods over the recording by which two waves differ, at least.
+const APART: usize = 2;
+/// Part of the reference's squares that lie about a frequency, or about a half or a third of it, from which on a line there is the reference's.
+const REFERENCE: f64 = 0.05;
+const HARMONICS: usize = 3;
+/// Logarithms of the samples that a wave costs: one for its frequency, which is the best of so many, and a half each for its size and its phase.
+const CHOICES: f64 = 2.0;
+/// Steps of the fit of a load that is one wave in all recordings.
+const STEPS: usize = 6;
+
+/// A fit under a load that swings.
+struct Swinging {
+    fit: Fit,
+    waves: Waves,
+    /// Its [`price`].
+    price: f64,
+}
+
+/// The search's plant and field under a load that swings, where that is likelier than any kind without. What proves is searched for waves as well, which no guarantee allows.
+pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identified, Field) {
+    if options.guarantee.is_some() {
+        return (found, field);
+    }
+    stage::begins("waves of the load", 0);
+    let again = likeliest(&found.data, &field, options).and_then(|Swinging { fit, waves, .. }| {
+        let data = found.data.clone().swinging(waves);
+        judged_again(&fit, data, (&found, &field, looked_beside(&field, is_none)), options)
+    });
+    again.unwrap_or((found, field))
+}
+
+/// Beside what swings by itself other waves are looked for.
+fn is_none(_: &Kind) -> bool {
+    false
+}
+
+/// The likeliest of base and leading kinds with the waves that each asks for, where it is likelier than all kinds without.
+fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Swinging> {
+    let of_kinds = field.rivals.iter().filter(|rival| rival.ended).map(|rival| 0.5 * priced(&rival.fit));
+    let without = of_kinds.fold(0.5 * priced(&field.base), f64::min);
+    let beside = looked_beside(field, is_none);
+    let alone = beside.par_iter().filter_map(|fit| Some((*fit, swinging_beside(fit, data)?)));
+    let mut alone: Vec<(&Fit, Swinging)> = alone.collect();
+    alone.sort_by(|a, b| a.1.price.total_cmp(&b.1.price));
+    // What one fit hides another one shows.
+    let all = all_lines(alone.iter().map(|(_, swinging)| &swinging.waves.hz), data);
+    let missed = |swinging: &Swinging| swinging.waves.count() < all.iter().map(Vec::len).sum();
+    let again = alone
+        .par_iter()
+        .filter(|(_, swinging)| missed(swinging))
+        .filter_map(|(fit, swinging)| Some((*fit, under(&swinging.fit, all.clone(), data)?)));
+    let again: Vec<(&Fit, Swinging)> = again.collect();
+    let each: Vec<(&Fit, Swinging)> = alone.into_iter().chain(again).collect();
+    let (beside, best) = each.into_iter().min_by(|a, b| a.1.price.total_cmp(&b.1.price))?;
+    let is_likelier = |than: f64| best.price < than - options.margin;
+    (is_likelier(without) && is_likelier(as_one_wave(beside, data))).then_some(best)
+}
+
+/// All lines of several searches in each recording, those of the likeliest first; of two that are the same one is kept.
+fn all_lines<'a>(found: impl Iterator<Item = &'a Vec<Vec<f64>>> + Clone, data: &Data) -> Vec<Vec<f64>> {
+    let of_recording = |(recording, signals): (usize, &Signals)| {
+        let least = APART as f64 / signals.duration_s();
+        let mut kept: Vec<f64> = Vec::new();
+        for hz in found.clone().filter_map(|hz| hz.get(recording)).flatten().copied() {
+            if kept.len() < MOST_WAVES && kept.iter().all(|other| (other - hz).abs() > least) {
+                kept.push(hz);
+            }
+        }
+        kept
+    };
+    data.recordings.iter().enumerate().map(of_recording).collect()
+}
+
+/// The price of a fit with a load that is one wave in all recordings.
+fn as_one_wave(fit: &Fit, data: &Data) -> f64 {
+    let Some(base) = Base::new(fit, data) else { return f64::INFINITY };
+    let kinds = KINDS.iter().filter(|kind| matches!(kind.search, Starts::Wave(Over::Time)));
+    let present = |kind: &Kind| fit.hypothesis.candidates().iter().any(|term| term.kind == kind);
+    let best = kinds.filter(|kind| !present(kind)).filter_map(|kind| {
+        let begin = begins(&base, kind).into_iter().next()?;
+        let mut fit = Fit::at(&begin.hypothesis, &begin.point, data)?;
+        fit.descend(data, STEPS, &[]);
+        Some(0.5 * priced(&fit))
+    });
+    best.fold(f64::INFINITY, f64::min)
+}
+
+/// A fit with the waves that it asks for, one more in each recording as long as that is likelier; `None` where there are none.
+fn swinging_beside(beside: &Fit, data: &Data) -> Option<Swinging> {
+    let whole = data.whole();
+    let mut best: Option<Swinging> = None;
+    for _ in 0..MOST_WAVES {
+        let known = best.as_ref().map_or_else(Waves::default, |best| best.waves.clone());
+        let fit = best.as_ref().map_or(beside, |best| &best.fit);
+        let Some(hz) = with_lines(fit, &known, &whole) else { break };
+        let Some(next) = under(fit, hz, data) else { break };
+        if best.as_ref().is_some_and(|best| next.price >= best.price) {
+            break;
+        }
+        best = Some(next);
+    }
+    best
+}
+
+/// A fit under waves of these frequencies.
+fn under(fit: &Fit, hz: Vec<Vec<f64>>, data: &Data) -> Option<Swinging> {
+    let waves = Waves { hz };
+    let fit = refitted(fit, &data.clone().swinging(waves.clone()))?;
+    let price = price(&fit, &waves, data);
+    Some(Swinging { fit, waves, price })
+}
+
+/// The known frequencies with the strongest line of each recording that promises enough beside them; `None` where none does.
+fn with_lines(fit: &Fit, known: &Waves, whole: &Data) -> Option<Vec<Vec<f64>>> {
+    let rows = Fit::at(&fit.hypothesis, &fit.point, whole)?.rows;
+    let mut hz: Vec<Vec<f64>> = Vec::new();
+    let (mut first, mut is_any_new) = (0, false);
+    for (recording, signals) in whole.recordings.iter().enumerate() {
+        let z = rows.z.get(first..first + signals.len())?;
+        first += signals.len();
+        let lines = Lines::of(z, signals)?;
+        let known = known.of(recording);
+        let line = lines.strongest_beside(known);
+        is_any_new |= line.is_some();
+        hz.push(match line {
+            Some(line) => lines.refined(known.iter().copied().chain([line]).collect()),
+            None => known.to_vec(),
+        });
+    }
+    is_any_new.then_some(hz)
+}
+
+/// What was not foretold of a recording, and the spectrum of its reference.
+struct Lines<'a> {
+    spectrum: Spectrum,
+    sample_time_s: f64,
+    missed: &'a [f64],
+    /// Which samples count.
+    counts: Vec<bool>,
+    /// Squares of its spectrum.
+    reference: Vec<f64>,
+}
+
+impl<'a> Lines<'a> {
+    fn of(missed: &'a [f64], signals: &Signals) -> Option<Self> {
+        let spectrum = Spectrum::holding(FINER * missed.len());
+        let mean = signals.r.iter().sum::<f64>() / signals.r.len().max(1) as f64;
+        let moves: Vec<f64> = signals.r.iter().map(|r| r - mean).collect();
+        let reference = squares(&spectrum, &moves)?;
+        // What was not measured, or does not count, is 0.
+        let counts = missed.iter().map(|z| *z != 0.0).collect();
+        Some(Self { spectrum, sample_time_s: signals.sample_time_s, missed, counts, reference })
+    }
+
+    /// Squares of the spectrum of what is left beside waves of these frequencies, over what they are in white noise: of a sine this is the log-likelihood that is gained.
+    fn promises_beside(&self, hz: &[f64]) -> Option<Vec<f64>> {
+        let mut left = self.missed.to_vec();
+        if !hz.is_empty() {
+            Swings::over(hz, self.sample_time_s, &self.counts).take_out(&mut left);
+        }
+        let noise = dot(&left, &left).max(1e-300);
+        Some(squares(&self.spectrum, &left)?.into_iter().map(|square| square / noise).collect())
+    }
+
+    /// The frequency of the strongest line beside those that are known, if it promises enough. What the reference makes is none: what a model of the plant lacks swings with it.
+    fn strongest_beside(&self, known: &[f64]) -> Option<f64> {
+        let promises = self.promises_beside(known)?;
+        let samples = self.missed.len();
+        let most = REFERENCE * self.reference.iter().sum::<f64>();
+        let is_no_reference = |at: &usize| (1..=HARMONICS).all(|of| self.reference_about(at / of) <= most);
+        let is_new = |at: &usize| known.iter().all(|hz| self.place(*hz).abs_diff(*at) > APART * FINER);
+        let low = self.spectrum.place(LEAST_PERIODS / samples as f64).max(1);
+        let high = self.spectrum.place(1.0 / LEAST_SAMPLES).min(promises.len());
+        let (at, promise) = highest(&promises, (low..high).filter(is_new).filter(is_no_reference))?;
+        let bar = PROMISES + libm::log(samples.max(2) as f64);
+        (promise > bar).then(|| self.top(&promises, at))
+    }
+
+    /// Each of these frequencies again beside the others, which had leaked into it.
+    fn refined(&self, mut hz: Vec<f64>) -> Vec<f64> {
+        for line in (0..hz.len()).cycle().take(REFINED * hz.len()) {
+            let others: Vec<f64> =
+                hz.iter().enumerate().filter(|(other, _)| *other != line).map(|(_, hz)| *hz).collect();
+            let Some(promises) = self.promises_beside(&others) else { break };
+            let Some(slot) = hz.get_mut(line) else { break };
+            let about = self.place(*slot);
+            let near = about.saturating_sub(FINER).max(1)..(about + FINER + 1).min(promises.len());
+            if let Some((at, _)) = highest(&promises, near) {
+                *slot = self.top(&promises, at);
+            }
+        }
+        hz
+    }
+
+    /// The frequency at the top of the parabola through three values.
+    fn top(&self, promises: &[f64], at: usize) -> f64 {
+        let value = |at: usize| promises.get(at).copied().unwrap_or(0.0);
+        let (before, after) = (value(at.saturating_sub(1)), value(at + 1));
+        let bend = before - 2.0 * value(at) + after;
+        let shift = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
+        self.spectrum.per_sample(at as f64 + shift.clamp(-0.5, 0.5)) / self.sample_time_s
+    }
+
+    fn place(&self, hz: f64) -> usize {
+        self.spectrum.place(hz * self.sample_time_s)
+    }
+
+    /// The reference's squares about a place.
+    fn reference_about(&self, at: usize) -> f64 {
+        let about = at.saturating_sub(FINER)..at + FINER + 1;
+        self.reference.get(about).map_or(0.0, |about| about.iter().sum())
+    }
+}
+
+fn squares(spectrum: &Spectrum, x: &[f64]) -> Option<Vec<f64>> {
+    Some(spectrum.of(x)?.iter().map(|x| x.norm_sqr()).collect())
+}
+
+fn highest(values: &[f64], places: impl Iterator<Item = usize>) -> Option<(usize, f64)> {
+    let each = places.filter_map(|at| Some((at, *values.get(at)?)));
+    each.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Minus the log-likelihood of a fit, with what its candidate's numbers cost, and the choice of frequency, size and phase of those waves that fits have seen.
+fn price(fit: &Fit, waves: &Waves, data: &Data) -> f64 {
+    let of_recording = |(recording, (signals, fitted)): (usize, (&Signals, &usize))| {
+        let seen = if *fitted > 0 { waves.of(recording).len() } else { 0 };
+        CHOICES * seen as f64 * libm::log(signals.len().max(2) as f64)
+    };
+    let choices: f64 = data.recordings.iter().zip(&data.fitted).enumerate().map(of_recording).sum();
+    0.5 * priced(fit) + choices
+}

@@ -1,0 +1,68 @@
+//! The diagnosis under a load that swings, in each recording in its own way, which is noise of another kind than one that drifts. The truth is what was put in.
+
+use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::signals::Signals;
+use drift_sim::diagnose::{Diagnosis, diagnose};
+use drift_sim::physics::Term;
+use drift_sim::recording::{Recording, RowState};
+use drift_sim::reference::Reference;
+use drift_sim::simulate::simulate;
+
+const HEATER: &str = "[loop]\nsample_time_s = 1.0\n[units]\nr = \"degC\"\ny = \"degC\"\nu = \"%\"\n\
+    [controller]\nkind = \"pi\"\nkp = 4.0\nki = 0.03\nu_min = 0.0\nu_max = 100.0\n\
+    [plant]\nkind = \"first-order\"\ngain = 1.0\ntime_constant_s = 150.0\ndelay_s = 6.0\n[sensor]\nnoise = 0.02\n";
+const SAMPLES: usize = 6_000;
+/// Size of each wave, in the drive's unit.
+const SIZE: f64 = 1.0;
+
+/// Terms that make such a load.
+fn swinging(hz: &[f64]) -> Vec<Term> {
+    let wave = |(i, hz): (usize, &f64)| {
+        let numbers = [("amplitude", SIZE), ("frequency_hz", *hz), ("phase", 2.0 * i as f64)];
+        Term::new("periodic_load", &numbers).unwrap()
+    };
+    hz.iter().enumerate().map(wave).collect()
+}
+
+/// Of a loop that holds its level, or goes from one to another.
+fn diagnosed(left_out: &[Term], holds: bool) -> Diagnosis {
+    let model = Loop::parse(HEATER, "loop.toml").unwrap();
+    let recorded = |hz: &[f64], seed: u64| {
+        let (low, high) = if holds { (40.0, 40.0) } else { (35.0, 45.0) };
+        let r = Reference::random(low, high, 1_500, seed).take_samples(SAMPLES);
+        let physics = left_out.iter().cloned().chain(swinging(hz)).collect();
+        let trace = simulate(&Loop { physics, ..model.clone() }, &r, &[], seed, None).unwrap();
+        let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);
+        let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+        Signals::new(&recording, &model).unwrap()
+    };
+    let (train, holdout) = (recorded(&[0.0053, 0.0057, 0.0062], 1), recorded(&[0.0021, 0.0026], 2));
+    diagnose(&[train], Some(&holdout), &model).unwrap()
+}
+
+fn named(found: &Diagnosis) -> Vec<&'static str> {
+    found.physics.iter().map(|named| named.term.kind.name).collect()
+}
+
+/// How often the load swings is told; nothing else is.
+#[test]
+#[ignore = "slow: two diagnoses"]
+fn nothing_is_named_where_only_the_load_swings() {
+    for holds in [true, false] {
+        let found = diagnosed(&[], holds);
+        assert!(named(&found).is_empty(), "{holds}: {:?}", named(&found));
+        let waves = found.load_waves.unwrap().frequencies_hz;
+        assert!(waves.iter().all(|hz| (0.0050..0.0065).contains(hz)), "{holds}: {waves:?}");
+    }
+}
+
+/// A slow actuator beside such a load is named, and its size told.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn a_lag_is_named_where_the_load_swings() {
+    let lag = Term::new("unmodelled_lag", &[("time_constant_s", 40.0)]).unwrap();
+    let found = diagnosed(&[lag], false);
+    assert_eq!(named(&found), ["unmodelled_lag"]);
+    let time_constant_s = found.physics[0].term.value("time_constant_s").unwrap();
+    assert!((time_constant_s / 40.0 - 1.0).abs() < 0.1, "{time_constant_s}");
+}

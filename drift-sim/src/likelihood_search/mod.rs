@@ -68,7 +68,7 @@ use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::{Signals, deviation, held, range};
 use crate::physics::Term;
-use crate::plant::Plant;
+use crate::plant::{Output, Plant};
 use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
@@ -215,9 +215,9 @@ impl Case<'_> {
             (found, first)
         };
         // The steps of a coarse sensor have lines of their own.
-        // What holds by dry friction does not follow a wave.
-        let may_rest = matches!(found.nominal.hypothesis.model.plant, Plant::Servo(_));
-        let may_swing = quantum.is_none() && !((is_plant_open || may_rest) && holds(&parts.recordings));
+        // What dry friction holds does not follow a wave.
+        let may_stand = is_plant_open || stands(&found.nominal.hypothesis.model.plant, &parts.recordings);
+        let may_swing = quantum.is_none() && !(may_stand && holds(&parts.recordings));
         let (found, first) =
             if may_swing { swinging_load::taken_up(found, first, options) } else { (found, first) };
         let (found, first) = if found.data.waves().count() == 0 {
@@ -239,6 +239,16 @@ fn holds(recordings: &[Signals]) -> bool {
         high > low
     };
     !recordings.iter().any(moves)
+}
+
+/// Whether a plant is a mass that may stand where its reference does not move.
+fn stands(plant: &Plant, recordings: &[Signals]) -> bool {
+    let Plant::Servo(servo) = plant else { return false };
+    let is_always_moving = |signals: &Signals| {
+        let (low, high) = range(&held(&signals.y));
+        low * high > 0.0
+    };
+    servo.output == Output::Position || !recordings.iter().all(is_always_moving)
 }
 
 /// Steps of the fits that go on under another noise, or on other samples.

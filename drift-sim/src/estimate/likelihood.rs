@@ -18,12 +18,12 @@ use super::filter_batch;
 use super::gains::{Parts, Piece, Stretch, gains};
 use super::hypothesis::{Hypothesis, Point, Realised};
 use super::inner_product::dot;
-use super::innovations::{Filter, Innovations, SETTLING};
+use super::innovations::{Filter, Innovations};
 use super::jumps::Jumps;
 use super::linear_part::LinearPart;
 use super::noise::Noise;
 use super::signals::{Signals, deviation, held};
-use super::waves::{Swings, Waves};
+use super::waves::Waves;
 use super::whiten::Whitener;
 
 /// Recordings of one loop, and how much of each a fit may see.
@@ -171,18 +171,6 @@ impl Data {
     /// How fast something swings beside their loop.
     pub fn waves(&self) -> &Waves {
         &self.waves
-    }
-
-    /// What swings beside the loop over those samples of a recording that count.
-    fn swings(&self, recording: usize, signals: &Signals, counted: &Range<usize>) -> Option<Swings> {
-        let hz = self.waves.of(recording);
-        if hz.is_empty() {
-            return None;
-        }
-        let from = counted.start.max(SETTLING);
-        let counts = signals.y.iter().take(counted.end).enumerate();
-        let counts: Vec<bool> = counts.map(|(n, y)| n >= from && y.is_finite()).collect();
-        Some(Swings::over(hz, signals.sample_time_s, &counts))
     }
 
     /// When their load jumps.
@@ -339,7 +327,7 @@ fn rows_of(points: &[(&Hypothesis, &Point, Ready)], data: &Data) -> Vec<Option<R
             points.iter().map(|(of, _, ready)| ready.filter(of, data, i, signals)).collect();
         // There are gains of every recording.
         let filters = filters.unwrap_or_default();
-        let swings = data.swings(i, signals, &counted);
+        let swings = data.waves.over(i, signals, &counted);
         for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
@@ -444,7 +432,7 @@ pub fn runs(
         let (filter, start) = ready.filter(hypothesis, data, i, signals)?;
         let mut run = filter.run(signals, &start, counted.clone(), in_detail)?;
         data.coloring.whiten(&mut run.scaled);
-        data.swings(i, signals, &counted).iter().for_each(|swings| swings.take_out(&mut run.scaled));
+        data.waves.over(i, signals, &counted).iter().for_each(|swings| swings.take_out(&mut run.scaled));
         Some(run)
     });
     each.collect()

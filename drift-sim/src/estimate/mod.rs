@@ -5,6 +5,7 @@
 #[cfg(test)]
 mod all_at_once;
 mod bounded;
+pub mod directions;
 pub mod driven;
 pub mod filter_batch;
 mod filter_forced;

@@ -3,8 +3,11 @@
 //! its size. Where dry friction holds a mass that is not exact.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
-use super::inner_product::dot;
+use super::directions::{orthonormal, take_out};
+use super::innovations::SETTLING;
+use super::signals::Signals;
 
 /// Waves of a recording, at most.
 pub const MOST_WAVES: usize = 3;
@@ -26,6 +29,18 @@ impl Waves {
     pub fn count(&self) -> usize {
         self.hz.iter().map(Vec::len).sum()
     }
+
+    /// What swings beside the loop over those samples of a recording that count.
+    pub fn over(&self, recording: usize, signals: &Signals, counted: &Range<usize>) -> Option<Swings> {
+        let hz = self.of(recording);
+        if hz.is_empty() {
+            return None;
+        }
+        let from = counted.start.max(SETTLING);
+        let counts = signals.y.iter().take(counted.end).enumerate();
+        let counts: Vec<bool> = counts.map(|(n, y)| n >= from && y.is_finite()).collect();
+        Some(Swings::over(hz, signals.sample_time_s, &counts))
+    }
 }
 
 /// Samples after which sine and cosine are asked for anew before what is rounded adds up.
@@ -41,18 +56,9 @@ pub struct Swings(Vec<Vec<f64>>);
 impl Swings {
     /// Over samples of a recording, those alone that count.
     pub fn over(hz: &[f64], sample_time_s: f64, counts: &[bool]) -> Self {
-        let mut directions: Vec<Vec<f64>> = Vec::new();
         let waves = hz.iter().flat_map(|hz| pair(TAU * hz * sample_time_s, counts));
         let forgotten = FORGOTTEN.iter().map(|samples| decaying(*samples, counts));
-        for column in waves.chain(forgotten) {
-            let size = dot(&column, &column);
-            let left = without(&directions, without(&directions, column));
-            let norm = libm::sqrt(dot(&left, &left));
-            if norm > 1e-6 * libm::sqrt(size) && norm > 0.0 {
-                directions.push(left.into_iter().map(|x| x / norm).collect());
-            }
-        }
-        Self(directions)
+        Self(orthonormal(waves.chain(forgotten)))
     }
 
     /// Takes out what swings so.
@@ -83,19 +89,6 @@ fn decaying(samples: f64, counts: &[bool]) -> Vec<f64> {
     let at =
         |(n, counts): (usize, &bool)| if *counts { libm::exp(-((n - first) as f64) / samples) } else { 0.0 };
     counts.iter().enumerate().map(at).collect()
-}
-
-fn without(directions: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {
-    take_out(directions, &mut x);
-    x
-}
-
-fn take_out(directions: &[Vec<f64>], x: &mut [f64]) {
-    for direction in directions {
-        let known = direction.get(..x.len()).unwrap_or(direction);
-        let along = dot(known, x.get(..known.len()).unwrap_or(&[]));
-        x.iter_mut().zip(known).for_each(|(x, d)| *x -= along * d);
-    }
 }
 
 #[cfg(test)]

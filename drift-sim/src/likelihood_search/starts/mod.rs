@@ -13,6 +13,7 @@ use std::sync::OnceLock;
 
 use realfft::num_complex::Complex;
 
+use crate::estimate::directions::{orthonormal, without};
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Hypothesis, Point};
 use crate::estimate::inner_product::dot;
@@ -235,31 +236,6 @@ fn wider(base: &Base<'_>, kind: &'static Kind, parameters: Vec<f64>) -> Hypothes
 /// A term's parameters where it does nothing.
 pub fn neutral(kind: &Kind) -> Vec<f64> {
     kind.parameters.iter().map(|parameter| parameter.neutral).collect()
-}
-
-/// Orthonormal directions of what columns span.
-fn orthonormal<'a>(columns: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
-    let mut directions: Vec<Vec<f64>> = Vec::new();
-    for column in columns {
-        let size = dot(column, column);
-        let mut left = without(&directions, column.to_vec());
-        left = without(&directions, left);
-        let norm = dot(&left, &left);
-        if norm > 1e-10 * size && norm > 0.0 {
-            let factor = 1.0 / libm::sqrt(norm);
-            left.iter_mut().for_each(|x| *x *= factor);
-            directions.push(left);
-        }
-    }
-    directions
-}
-
-fn without(directions: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {
-    for direction in directions {
-        let along = dot(direction, &x);
-        x.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
-    }
-    x
 }
 
 /// A term of the kind of the size of the signals, and about the log-likelihood that it would have cost to leave it out.

@@ -31,6 +31,7 @@ pub use driving::{DEFAULT_SAMPLES, Driving, Row, samples, samples_within, time_s
 pub use law::replay_law;
 pub use observed::{Corrects, Observer};
 pub use start::Start;
+pub(crate) use start::median;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

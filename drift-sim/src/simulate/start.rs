@@ -128,7 +128,8 @@ fn stands_still(controller: &Controller) -> bool {
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The middle of values; 0 of none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() {
         return 0.0;

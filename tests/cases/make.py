@@ -146,14 +146,14 @@ def make(out, name, key, kind, family_name, know, excite, also=None, small=None)
     )
 
 
-def choices(seed, count, know=None, excite=None, clean=False):
-    """What each of the cases of a seed is: (kind, family, know, excite, second kind). Every fifth has no effect."""
+def choices(seed, count, know=None, excite=None, clean=False, only=None):
+    """What each of the cases of a seed is: (kind, family, know, excite, second kind). Every fifth has no effect; `only` names the kind of all others."""
     rng = np.random.default_rng([seed, 4711])
     for i in range(count):
         words = know[i % len(know)] if know else KNOW[i % len(KNOW)]
         blind = words in ("plant", "healthy", "nothing")  # the law is unknown, so that nothing can be wrong with it
         kinds = [k for k in effects.EFFECTS if not (blind and place(k) == "controller")]
-        kind = "none" if clean or i % 5 == 4 else str(rng.choice(kinds))
+        kind = "none" if clean or i % 5 == 4 or (only and only not in kinds) else only or str(rng.choice(kinds))
         family = str(rng.choice(effects.EFFECTS[kind][0] if kind != "none" else effects.ALL))
         moves = excite or str(rng.choice(["usual", *MOTIONS]))
         also = effects.SECOND.get(kind)
@@ -161,11 +161,11 @@ def choices(seed, count, know=None, excite=None, clean=False):
         yield kind, family, words, moves, also
 
 
-def make_all(out, seed, count, know=None, excite=None, clean=False):
+def make_all(out, seed, count, know=None, excite=None, clean=False, only=None):
     """Makes the cases of a seed in `out` with their labels.json; gives the labels."""
     os.makedirs(out, exist_ok=True)
     labels = {}
-    for i, (kind, family, words, moves, also) in enumerate(choices(seed, count, know, excite, clean)):
+    for i, (kind, family, words, moves, also) in enumerate(choices(seed, count, know, excite, clean, only)):
         label = make(out, f"case{i:04d}", [seed, i, 815], kind, family, words, moves, also)
         if label:
             labels[f"case{i:04d}"] = label

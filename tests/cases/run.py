@@ -27,6 +27,7 @@ def main():
     parser.add_argument("--count", type=int, default=100, help="cases of a seed (default 100)")
     parser.add_argument("--know", type=words, help="what the loop files say, some of: " + ",".join(make.KNOW))
     parser.add_argument("--excite", choices=MOTIONS, help="one motion for all")
+    parser.add_argument("--kind", choices=effects.EFFECTS, metavar="KIND", help="one effect for all that have any")
     parser.add_argument("--clean", action="store_true", help="no effect in any")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", metavar="DIR", help="makes the cases here and leaves them, with scores.json")
@@ -37,7 +38,7 @@ def main():
         runs = []
         for seed in asked.seeds:
             folder = os.path.join(asked.keep or scratch, str(seed))
-            labels = make.make_all(folder, seed, asked.count, asked.know, asked.excite, asked.clean)
+            labels = make.make_all(folder, seed, asked.count, asked.know, asked.excite, asked.clean, asked.kind)
             if not asked.make_only:
                 runs.append(dict(name=str(seed), cases=score.score_all(tool, folder, labels, asked.jobs)))
                 with open(os.path.join(folder, "scores.json"), "w") as file:

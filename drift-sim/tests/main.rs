@@ -10,6 +10,7 @@
 mod baseline_file;
 mod calibration;
 mod calibration_promise;
+mod coming_and_going_load;
 mod design_command;
 mod diagnose;
 mod diagnose_command;

@@ -38,7 +38,12 @@ pub enum Beside {
     /// A coarse sensor, and nothing else.
     CoarseSensor,
     /// Loads and biases that come and go.
-    ComingAndGoing(Vec<Term>),
+    ComingAndGoing {
+        /// With their times.
+        terms: Vec<Term>,
+        /// Whether they are likelier than all that a first search tries beside the plant alone, and not what a simulation has to show where that leaves doubt.
+        is_likeliest: bool,
+    },
     /// Friction in an unknown motor and play behind it, where that is likelier than what was found.
     StickingMotor {
         /// What was found, on the scale of the objective.
@@ -60,7 +65,12 @@ impl Attempt {
 
     /// Whether it is more than the first look at what was recorded.
     pub fn is_further(&self) -> bool {
-        self.factor > 1 || !matches!(self.beside, Beside::Nothing | Beside::CoarseSensor)
+        let is_of_first = match self.beside {
+            Beside::Nothing | Beside::CoarseSensor => true,
+            Beside::ComingAndGoing { is_likeliest, .. } => is_likeliest,
+            Beside::StickingMotor { .. } => false,
+        };
+        self.factor > 1 || !is_of_first
     }
 }
 
@@ -238,16 +248,8 @@ fn coming_and_going<'a>(case: &'a Case<'_>) -> impl Iterator<Item = Tried> + 'a 
     let is_open = case.nominal.plant == Plant::Identify && case.healthy.is_empty();
     let samplings = || std::iter::once(1).chain(factors(case));
     let terms = (!is_open).then(|| comes_and_goes::of(case, samplings())).flatten().unwrap_or_default();
-    let until_s = case.options.seen_of_recording * case.recordings.first().map_or(0.0, Signals::duration_s);
-    // What acts only where nothing is fitted has no size there: it is that of the whole recording, of which nothing is left to prove it.
-    let seen = if comes_and_goes::are_beyond(&terms, until_s) { 1.0 } else { case.options.seen_of_recording };
-    let options = Options { seen_of_recording: seen, ..case.options.clone() };
-    let attempts = samplings().take(if terms.is_empty() { 0 } else { usize::MAX });
-    attempts.filter_map(move |factor| {
-        let attempt = Attempt { factor, beside: Beside::ComingAndGoing(terms.clone()) };
-        // A hold-out of its own has other times, and takes no part.
-        Case { options: &options, holdout: None, ..*case }.tried(&attempt)
-    })
+    let samplings = samplings().take(if terms.is_empty() { 0 } else { usize::MAX });
+    samplings.filter_map(move |factor| case.beside(terms.clone(), factor, false))
 }
 
 /// Whether a search looks at fewer samples of these recordings first.

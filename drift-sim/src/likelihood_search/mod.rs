@@ -73,14 +73,16 @@ use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
 use attempts::{Attempt, Beside};
+use comes_and_goes::ComesAndGoes;
 use decide::priced;
 use glance::{Glance, Round};
 use judge::{Judge, Tried};
+use jumping_load::TakenUp;
 use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
 use rivals::{Field, Sketch};
-use search::{Found, Search};
+use search::{Found, Search, without_all};
 
 /// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(
@@ -143,12 +145,31 @@ impl Case<'_> {
         }
         let factor = attempt.factor;
         let searched = Searched::of(&parts, self.healthy, &law.model, factor);
-        let (mut found, mut result) = self.searched(&searched, &attempt.beside)?;
         let judge = Judge::new(self, attempt, &law, &parts, &searched.parts);
+        let (found, mut result) = self.searched(&searched, &attempt.beside)?;
+        let comes_and_goes = result.comes_and_goes.take().filter(|_| self.recordings.len() == 1);
+        if let Some(ComesAndGoes { terms }) = comes_and_goes {
+            let beside = self.beside(terms, factor, true).filter(|tried| tried.stands);
+            if beside.is_some() {
+                return beside;
+            }
+        }
+        self.tried_in_turn(attempt, &judge, found, result)
+    }
+
+    /// The end of a search judged, and what takes its place where it does not stand.
+    fn tried_in_turn(
+        &self,
+        attempt: &Attempt,
+        judge: &Judge<'_>,
+        found: Identified,
+        result: Found,
+    ) -> Option<Tried> {
+        let (mut found, mut result) = (found, result);
         let mut tried = judge.judged(&found, result.clone(), None);
         // No colored noise is asked for where a simulation shows nearly all.
         if !(tried.stands && tried.is_sure) && attempt.beside == Beside::Nothing {
-            let colored = under_coloring::searched(&found, &result, options);
+            let colored = under_coloring::searched(&found, &result, self.options);
             let again = colored.map(|(again, end)| (judge.judged(&again, end.clone(), None), again, end));
             if let Some(again) = again.filter(|(again, ..)| again.stands || !tried.stands) {
                 (tried, found, result) = again;
@@ -162,9 +183,47 @@ impl Case<'_> {
             return Some(tried);
         }
         // Other numbers are no evidence for what is named beside them where they simulate worse by themselves.
-        let least = judge.simulated(&conclude::loop_of(&result.base, nominal));
+        let least = judge.simulated(&conclude::loop_of(&result.base, self.nominal));
         let others = result.others(&found.data);
         others.map(|other| judge.judged(&found, other, least)).find(|other| other.stands).or(Some(tried))
+    }
+
+    /// The attempt beside what comes and goes, in samples of so many. Its times are those of one recording: a hold-out of its own has other ones, and takes no part.
+    fn beside(&self, terms: Vec<Term>, factor: usize, is_likeliest: bool) -> Option<Tried> {
+        let duration_s = self.recordings.first()?.duration_s();
+        let seen_of_recording = comes_and_goes::seen_part(&terms, duration_s, self.options.seen_of_recording);
+        let options = Options { seen_of_recording, ..self.options.clone() };
+        let attempt = Attempt { factor, beside: Beside::ComingAndGoing { terms, is_likeliest } };
+        let tried = Case { options: &options, holdout: None, ..*self }.tried(&attempt)?;
+        // What is named in its place alone is not told by this.
+        tried.found.comes_and_goes().then_some(tried)
+    }
+
+    /// The search beside what comes and goes, and beside what the load does else.
+    fn searched_beside(
+        &self,
+        terms: &[Term],
+        found: Identified,
+        parts: &Parts,
+        options: &Options,
+    ) -> Option<(Identified, Found)> {
+        let is_plant_open = found.is_guessed && self.healthy.is_empty();
+        let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
+        let field = rivals::field(&with, &found.data, Round::Later(options.least_gain))?;
+        let beside = Identified { nominal: with, ..found };
+        let may_swing = self.may_swing(&beside, parts);
+        let TakenUp { found: beside, field, .. } = under_its_load(beside, field, may_swing, options);
+        let base = gone_on(without_all(&field.base, &beside.data)?, &beside.data);
+        let search = Search { data: &beside.data, options, is_plant_open };
+        let result = search.beside(base.clone(), field.base.clone(), Some(field));
+        Some((Identified { nominal: base, ..beside }, result))
+    }
+
+    /// Whether what swings beside a plant would show as such: what dry friction holds does not follow a wave.
+    fn may_swing(&self, found: &Identified, parts: &Parts) -> bool {
+        let is_open = found.is_guessed && self.healthy.is_empty();
+        let may_stand = is_open || stands(&found.nominal.hypothesis.model.plant, &parts.recordings);
+        !(may_stand && holds(&parts.recordings))
     }
 
     /// The search: the plant with its numbers, and what is named beside it.
@@ -178,7 +237,7 @@ impl Case<'_> {
                 return None;
             }
             let search = Search { data: &found.data, options, is_plant_open: true };
-            let result = search.beside(found.nominal.clone(), with);
+            let result = search.beside(found.nominal.clone(), with, None);
             return Some((found, result));
         }
         let plants = plants::likeliest(model, &parts.recordings, &parts.fitted, healthy, options);
@@ -199,12 +258,15 @@ impl Case<'_> {
             Some(_) => Options { least_gain: options.least_gain.max(BESIDE_STEPS), ..options.clone() },
             None => options.clone(),
         };
-        if let Beside::ComingAndGoing(terms) = beside {
+        if let Beside::ComingAndGoing { terms, is_likeliest } = beside {
             let found = plants.into_iter().next()?.refined()?;
-            let search = Search { data: &found.data, options, is_plant_open };
-            let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
-            let result = search.beside(found.nominal.clone(), with);
-            return Some((found, result));
+            if !is_likeliest {
+                let search = Search { data: &found.data, options, is_plant_open };
+                let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
+                let result = search.beside(found.nominal.clone(), with, None);
+                return Some((found, result));
+            }
+            return self.searched_beside(terms, found, parts, options);
         }
         let seen = (&parts.recordings[..], &parts.fitted[..]);
         let plants = plants::with_actuators(plants, model, seen.0, seen.1, (is_plant_open, options));
@@ -215,21 +277,24 @@ impl Case<'_> {
             (found, first)
         };
         // The steps of a coarse sensor have lines of their own.
-        // What dry friction holds does not follow a wave.
-        let may_stand = is_plant_open || stands(&found.nominal.hypothesis.model.plant, &parts.recordings);
-        let may_swing = quantum.is_none() && !(may_stand && holds(&parts.recordings));
-        let (found, first) =
-            if may_swing { swinging_load::taken_up(found, first, options) } else { (found, first) };
-        let (found, first) = if found.data.waves().count() == 0 {
-            jumping_load::taken_up(found, first, options)
-        } else {
-            (found, first)
-        };
+        let may_swing = quantum.is_none() && self.may_swing(&found, parts);
+        let TakenUp { found, field, comes_and_goes } = under_its_load(found, first, may_swing, options);
         let search = Search { data: &found.data, options, is_plant_open };
-        let result = search.run(search.with_own_terms(first));
-        let result = Found { quantum, ..result };
+        let result = search.run(search.with_own_terms(field));
+        let result = Found { quantum, comes_and_goes, ..result };
         Some((found, result))
     }
+}
+
+/// A field under what the load does beside drifting: it swings, or it jumps.
+fn under_its_load(found: Identified, field: Field, may_swing: bool, options: &Options) -> TakenUp {
+    let (found, field) =
+        if may_swing { swinging_load::taken_up(found, field, options) } else { (found, field) };
+    if found.data.waves().count() > 0 {
+        // What is left of waves seems to jump, and to come and go.
+        return TakenUp { found, field, comes_and_goes: None };
+    }
+    jumping_load::taken_up(found, field, options)
 }
 
 /// Whether the reference stays where it is.

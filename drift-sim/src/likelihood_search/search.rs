@@ -7,6 +7,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::all_samples;
+use super::comes_and_goes::ComesAndGoes;
 use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
 use super::glance::Round;
 use super::guarantee::decide_surely;
@@ -89,6 +90,8 @@ pub struct Found {
     pub rivals: Vec<(&'static str, f64)>,
     /// A coarse sensor.
     pub quantum: Option<Term>,
+    /// What comes and goes; where it does, the search is made again beside it.
+    pub comes_and_goes: Option<ComesAndGoes>,
     /// Log-likelihood that the refitted numbers gain over the stated ones.
     pub refit_gain: f64,
     /// Part of the drive's variance that is u's, the rest being the random load's.
@@ -122,6 +125,7 @@ impl Search<'_> {
             is_noise: true,
             rivals: Vec::new(),
             quantum: None,
+            comes_and_goes: None,
         }
     }
 
@@ -155,7 +159,7 @@ impl Search<'_> {
             return Found { set: decision.left(), is_noise: false, ..found };
         }
         self.take(&mut found, &first, decision);
-        self.follow(&mut found);
+        self.follow(&mut found, None);
         // Where causes are left, what is left beside the likeliest of them counts.
         let left = if found.set.is_empty() { &found.base } else { likeliest };
         found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
@@ -164,8 +168,8 @@ impl Search<'_> {
         found
     }
 
-    /// The search beside what comes and goes, the last candidates of this fit.
-    pub fn beside(&self, base: Fit, with: Fit) -> Found {
+    /// The search beside the candidates of this fit, from a field beside them on, if that is known.
+    pub fn beside(&self, base: Fit, with: Fit, known: Option<Field>) -> Found {
         let mut found = self.nominal_only(base);
         for index in 0..with.hypothesis.candidates().len() {
             let Some(less) = without(&with, index, self.data) else { continue };
@@ -174,7 +178,7 @@ impl Search<'_> {
             found.named.push(Choice { tied: Vec::new(), gain, unseen: None, among: 0 });
         }
         found.best = Some(with);
-        self.follow(&mut found);
+        self.follow(&mut found, known);
         found.is_noise = independent_share(found.best.as_ref().unwrap_or(&found.base)) >= LEAST_INDEPENDENT;
         let is_any_unseen = self
             .data
@@ -196,13 +200,13 @@ impl Search<'_> {
         standing_load::judged(best, self.data, least)
     }
 
-    /// Names kind after kind beside what is named already.
-    fn follow(&self, found: &mut Found) {
+    /// Names kind after kind beside what is named already; the first of a field, if that is known.
+    fn follow(&self, found: &mut Found, mut known: Option<Field>) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
             let least = self.options.least_share * strongest(found);
             let round = Round::Later(least.max(self.options.least_gain));
-            let Some(next) = field(&best, self.data, round) else { break };
+            let Some(next) = known.take().or_else(|| field(&best, self.data, round)) else { break };
             let decision = self.decide(&next, least);
             if self.plants_own(&decision, &next).is_some() || self.is_lost_in_raggedness(&decision, &next) {
                 break;
@@ -432,6 +436,13 @@ pub fn without(fit: &Fit, index: usize, data: &Data) -> Option<Fit> {
     let mut without = Fit::at(&hypothesis, &Point { x, onsets }, data)?;
     without.descend(data, REFIT_STEPS, &[]);
     Some(without)
+}
+
+/// A fit without any of its candidates.
+pub fn without_all(fit: &Fit, data: &Data) -> Option<Fit> {
+    (0..fit.hypothesis.candidates().len())
+        .rev()
+        .try_fold(fit.clone(), |fit, index| without(&fit, index, data))
 }
 
 /// A fit whose last candidate is part of the loop: its numbers stay free, and every later hypothesis has it.

@@ -1,0 +1,76 @@
+//! The diagnosis of a signal of one level that enters after u now and then, beside a random load. The truth is what was put in.
+
+use drift_sim::control_loop::Loop;
+use drift_sim::diagnose::signals::Signals;
+use drift_sim::diagnose::{Diagnosis, diagnose};
+use drift_sim::measured_input::{Enters, Input};
+use drift_sim::physics::Term;
+use drift_sim::recording::{Recording, RowState};
+use drift_sim::reference::Reference;
+use drift_sim::simulate::{Start, simulate};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+const FLOW: &str = "[loop]\nsample_time_s = 0.5\n[units]\nr = \"m3/h\"\ny = \"m3/h\"\nu = \"%\"\n\
+    [controller]\nkind = \"pi\"\nkp = 1.5\nki = 0.1\nu_min = 0.0\nu_max = 100.0\n\
+    [plant]\nkind = \"first-order\"\ngain = 0.8\ntime_constant_s = 12.0\ndelay_s = 3.0\noffset = 2.0\n[sensor]\nnoise = 0.02\n";
+const SAMPLES: usize = 8_000;
+/// Deviation of the random load, in % of u, and the part of it that stays from one sample to the next.
+const LOAD: f64 = 0.3;
+const STAYS: f64 = 0.998;
+const LEVEL: f64 = 4.0;
+
+/// A recording with these spans of the signal.
+fn recorded(model: &Loop, spans: &[(f64, f64)], seed: u64) -> Signals {
+    let signal = Term::new("injected_signal", &[("level", LEVEL)]).unwrap().within(spans);
+    let physics = if spans.is_empty() { Vec::new() } else { vec![signal] };
+    let mut model = Loop { physics, ..model.clone() };
+    model.inputs.push(Input::made(Enters::Load));
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut load = 0.0;
+    let next = |_| {
+        let normal: f64 = StandardNormal.sample(&mut random);
+        load = STAYS * load + LOAD * libm::sqrt(1.0 - STAYS * STAYS) * normal;
+        load
+    };
+    let loads = (0..SAMPLES).map(next).collect();
+    let r = Reference::random(50.0, 3.0, 900, seed).take_samples(SAMPLES);
+    let trace = simulate(&model, &r, &[loads], seed, Some(&Start::held(50.0, 60.0))).unwrap();
+    let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);
+    let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+    Signals::new(&recording, &Loop { inputs: Vec::new(), ..model }).unwrap()
+}
+
+fn diagnosed(spans: &[(f64, f64)]) -> Diagnosis {
+    let model = Loop::parse(FLOW, "loop.toml").unwrap();
+    diagnose(&[recorded(&model, spans, 5)], Some(&recorded(&model, &[], 6)), &model).unwrap()
+}
+
+/// A recording of 4 000 s in which the signal is on twice, 700 s and 90 s long: it alone is named, with its level and its times, and no load that begins, no leak.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn a_signal_that_is_on_twice_is_named_with_its_times() {
+    let spans = [(850.0, 1_550.0), (2_310.0, 2_400.0)];
+    let found = diagnosed(&spans);
+    let kinds: Vec<&str> = found.physics.iter().map(|named| named.term.kind.name).collect();
+    assert_eq!(kinds, ["injected_signal"]);
+    let term = &found.physics[0].term;
+    assert!((term.value("level").unwrap() - LEVEL).abs() < 0.2, "{term:?}");
+    assert_eq!(term.spans.len(), spans.len(), "{term:?}");
+    for ((from, to), (is_from, is_to)) in term.spans.iter().zip(spans) {
+        assert!((from - is_from).abs() < 2.0 && (to - is_to).abs() < 2.0, "{term:?}");
+    }
+}
+
+/// The same loop without the signal: nothing is.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn nothing_is_named_where_nothing_comes_and_goes() {
+    let found = diagnosed(&[]);
+    assert!(
+        found.physics.is_empty(),
+        "{:?}",
+        found.physics.iter().map(|n| n.term.kind.name).collect::<Vec<_>>()
+    );
+}

@@ -5,7 +5,7 @@ use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::simulate::{Start, median, replay_law};
 
-use super::signals::{Signals, deviation, held};
+use super::signals::{Signals, deviation, held, rms};
 
 /// What the replay shows.
 #[derive(Debug, Clone)]
@@ -24,10 +24,6 @@ pub struct ControllerReplay {
 
 /// Share of u from which the law is not the one stated.
 pub const TOLERANCE: f64 = 0.02;
-
-fn rms(e: &[f64]) -> f64 {
-    libm::sqrt(e.iter().map(|e| e * e).sum::<f64>() / e.len().max(1) as f64)
-}
 
 /// u as the law makes it from a start on, and the recorded u less that.
 fn from_start(model: &Loop, signals: &Signals, start: &Start) -> (Vec<f64>, Vec<f64>) {

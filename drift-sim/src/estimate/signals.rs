@@ -233,6 +233,11 @@ pub fn noise_variance(signal: &[f64]) -> f64 {
     (mean_square(&second) / 6.0).max(1e-30)
 }
 
+/// Root mean square; 0 of none.
+pub fn rms(values: &[f64]) -> f64 {
+    libm::sqrt(mean_square(values))
+}
+
 /// Standard deviation of the finite values; 0 for none.
 pub fn deviation(column: &[f64]) -> f64 {
     let known = || column.iter().copied().filter(|x| x.is_finite());

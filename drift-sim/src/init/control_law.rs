@@ -4,7 +4,7 @@
 use crate::control_loop::Loop;
 use crate::controller::{Controller, Limits, PVelocity, Pi, Pid, VelocityRule};
 use crate::estimate::law_replay::{TOLERANCE, replay};
-use crate::estimate::signals::{Signals, centred, deviation};
+use crate::estimate::signals::{Signals, centred, deviation, rms};
 
 use super::least_squares::{COLUMNS_MAX, LeastSquares, Solution};
 use super::limits::{inside, seen};
@@ -108,9 +108,7 @@ fn replayed(
             let replay = replay(&Loop { controller: controller.clone(), ..model.clone() }, signals)?;
             let from = replay.error.len() - (LAST * replay.error.len() as f64) as usize;
             let last = |x: &[f64]| x.get(from..).unwrap_or_default().to_vec();
-            let error = last(&replay.error);
-            let rms = libm::sqrt(error.iter().map(|e| e * e).sum::<f64>() / error.len().max(1) as f64);
-            let misses_last = rms / deviation(&last(&signals.u)).max(1e-300);
+            let misses_last = rms(&last(&replay.error)) / deviation(&last(&signals.u)).max(1e-300);
             let (misses, intervals) = (replay.relative, intervals.clone());
             misses.is_finite().then_some(Candidate { controller, intervals, misses, misses_last })
         })

@@ -34,16 +34,8 @@ const MOST_EDGES: usize = 16;
 const MOST_MISSING: usize = 2;
 /// Samples within which a jump that goes the same way is the one before, found again: it was not quite where it seemed to be.
 const SAME: usize = 100;
-
 /// Part of a recording that is seen at most where the rest is to prove what comes and goes.
 const MOST_SEEN: f64 = 0.9;
-
-/// What comes and goes in the first recording.
-#[derive(Debug, Clone)]
-pub struct ComesAndGoes {
-    /// With its times.
-    pub terms: Vec<Term>,
-}
 
 /// What comes and goes in a recording, with its times, in the means of the first of so many samples that show it; `None` of more than one, which have times of their own.
 pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<Vec<Term>> {

@@ -10,10 +10,10 @@ use crate::estimate::inner_product::dot;
 use crate::estimate::jumps::{Jumps, answer};
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::{Signals, range};
-use crate::physics::{Kind, Place};
+use crate::physics::{Kind, Place, Term};
 use crate::stage;
 
-use super::comes_and_goes::{self, ComesAndGoes};
+use super::comes_and_goes;
 use super::decide::priced;
 use super::load_noise::{judged_again, looked_beside, refitted};
 use super::options::Options;
@@ -64,19 +64,20 @@ pub struct TakenUp {
     /// The search's plant and field, under its jumps where these are noise.
     pub found: Identified,
     pub field: Field,
-    /// The load of one level that comes and goes, where that is what jumps most.
-    pub comes_and_goes: Option<ComesAndGoes>,
+    /// The load of one level that comes and goes, where that is what jumps most and was looked for.
+    pub comes_and_goes: Vec<Term>,
 }
 
 /// The search's plant and field under a load that jumps, where that is likelier than any kind without. What proves is searched for jumps as well, which no guarantee allows.
-pub fn taken_up(found: Identified, field: Field, options: &Options) -> TakenUp {
-    let as_it_was = |(found, field)| TakenUp { found, field, comes_and_goes: None };
+pub fn taken_up(found: Identified, field: Field, may_come_and_go: bool, options: &Options) -> TakenUp {
+    let as_it_was = |(found, field)| TakenUp { found, field, comes_and_goes: Vec::new() };
     if options.guarantee.is_some() {
         return as_it_was((found, field));
     }
     stage::begins("jumps of the load", 0);
     let Some(jumping) = likeliest(&found.data, &field, options) else { return as_it_was((found, field)) };
-    let comes_and_goes = comes_and_goes_in(&jumping, &field.base, &found.data, options);
+    let comes_and_goes =
+        may_come_and_go.then(|| comes_and_goes_in(&jumping, &field.base, &found.data, options)).flatten();
     let Jumping { fit, jumps, .. } = jumping;
     let jumps = without_outliers(jumps);
     let is_often = seen(&jumps, &found.data) >= LEAST;
@@ -86,16 +87,12 @@ pub fn taken_up(found: Identified, field: Field, options: &Options) -> TakenUp {
         judged_again(&fit, data, (&found, &field, looked_beside(&field, is_jump)), options)
     });
     let (found, field) = again.flatten().unwrap_or((found, field));
-    TakenUp { found, field, comes_and_goes }
+    TakenUp { found, field, comes_and_goes: comes_and_goes.unwrap_or_default() }
 }
 
 /// What comes and goes in the first recording, if its largest jumps are those of one level that does, and this, the other jumps beside it, is likelier than jumps that are
 /// noise, all of them. In other recordings it has other times: these take no part.
-fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Options) -> Option<ComesAndGoes> {
-    // Beside what comes and goes nothing else does.
-    if !base.hypothesis.candidates().is_empty() {
-        return None;
-    }
+fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Options) -> Option<Vec<Term>> {
     let data = &comes_and_goes::of_first(data);
     let jumps: Vec<Jump> = jumping.jumps.iter().filter(|jump| jump.recording == 0).copied().collect();
     // What comes and goes has bent the numbers of a base without jumps.
@@ -103,6 +100,9 @@ fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Optio
     let at: Vec<(usize, f64)> = jumps.iter().map(|jump| (jump.at, jump.size)).collect();
     let ways = comes_and_goes::by_jumps(&at, &base, data);
     let terms = comes_and_goes::likeliest_of(ways, &base, data, options.least_gain);
+    if terms.is_empty() {
+        return None;
+    }
     let largest = jumps.iter().map(|jump| jump.size.abs()).fold(0.0, f64::max);
     let is_edge = |jump: &Jump| comes_and_goes::is_of_size(jump.size, largest);
     let others: Vec<Jump> = jumps.iter().filter(|jump| !is_edge(jump)).copied().collect();
@@ -111,7 +111,7 @@ fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Optio
     let with = comes_and_goes::beside(&base.on(&beside)?, &terms, &beside, options.least_gain)?;
     let with = price(&refitted(&with, &beside)?, &others, data);
     let as_noise = price(&refitted(&jumping.fit, &all)?, &jumps, data);
-    (with < as_noise).then_some(ComesAndGoes { terms })
+    (with < as_noise).then_some(terms)
 }
 
 /// The likeliest of base and leading kinds with the jumps that each asks for, where it is likelier than all of them without.
@@ -249,23 +249,19 @@ fn of_recording(
 
 /// Minus the log-likelihood of a fit, with what its candidate's numbers cost, and the choice of the times of those jumps that fits have seen.
 fn price(fit: &Fit, jumps: &[Jump], data: &Data) -> f64 {
-    let times = jumps.iter().map(|jump| cost_of_time((jump.recording, jump.at), data)).sum::<f64>();
+    let samples = |jump: &Jump| data.recordings.get(jump.recording).map_or(2, Signals::len) as f64;
+    let times: f64 =
+        jumps.iter().filter(|jump| is_seen(jump, data)).map(|jump| libm::log(samples(jump))).sum();
     0.5 * priced(fit) + times
-}
-
-/// The cost of choosing the time of a jump, at a sample of a recording, if fits have seen it.
-fn cost_of_time((recording, at): (usize, usize), data: &Data) -> f64 {
-    let samples = data.recordings.get(recording).map_or(0, Signals::len).max(2) as f64;
-    if is_seen((recording, at), data) { libm::log(samples) } else { 0.0 }
 }
 
 /// How many of them fits have seen.
 fn seen(jumps: &[Jump], data: &Data) -> usize {
-    jumps.iter().filter(|jump| is_seen((jump.recording, jump.at), data)).count()
+    jumps.iter().filter(|jump| is_seen(jump, data)).count()
 }
 
-fn is_seen((recording, at): (usize, usize), data: &Data) -> bool {
-    data.fitted.get(recording).is_some_and(|fitted| at < *fitted)
+fn is_seen(jump: &Jump, data: &Data) -> bool {
+    data.fitted.get(jump.recording).is_some_and(|fitted| jump.at < *fitted)
 }
 
 /// Without those that are far larger than the others.

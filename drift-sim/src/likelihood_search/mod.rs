@@ -73,7 +73,6 @@ use crate::stage;
 pub use identified::{IdentifiedPlant, plants_of};
 
 use attempts::{Attempt, Beside};
-use comes_and_goes::ComesAndGoes;
 use decide::priced;
 use glance::{Glance, Round};
 use judge::{Judge, Tried};
@@ -147,9 +146,9 @@ impl Case<'_> {
         let searched = Searched::of(&parts, self.healthy, &law.model, factor);
         let judge = Judge::new(self, attempt, &law, &parts, &searched.parts);
         let (found, mut result) = self.searched(&searched, &attempt.beside)?;
-        let comes_and_goes = result.comes_and_goes.take().filter(|_| self.recordings.len() == 1);
-        if let Some(ComesAndGoes { terms }) = comes_and_goes {
-            let beside = self.beside(terms, factor, true).filter(|tried| tried.stands);
+        let comes_and_goes = std::mem::take(&mut result.comes_and_goes);
+        if !comes_and_goes.is_empty() {
+            let beside = self.beside(comes_and_goes, factor, true).filter(|tried| tried.stands);
             if beside.is_some() {
                 return beside;
             }
@@ -162,10 +161,9 @@ impl Case<'_> {
         &self,
         attempt: &Attempt,
         judge: &Judge<'_>,
-        found: Identified,
-        result: Found,
+        mut found: Identified,
+        mut result: Found,
     ) -> Option<Tried> {
-        let (mut found, mut result) = (found, result);
         let mut tried = judge.judged(&found, result.clone(), None);
         // No colored noise is asked for where a simulation shows nearly all.
         if !(tried.stands && tried.is_sure) && attempt.beside == Beside::Nothing {
@@ -199,20 +197,25 @@ impl Case<'_> {
         tried.found.comes_and_goes().then_some(tried)
     }
 
-    /// The search beside what comes and goes, and beside what the load does else.
+    /// The search beside what comes and goes; where that is likeliest, also beside what the load does else.
     fn searched_beside(
         &self,
-        terms: &[Term],
+        (terms, is_likeliest): (&[Term], bool),
         found: Identified,
         parts: &Parts,
         options: &Options,
     ) -> Option<(Identified, Found)> {
         let is_plant_open = found.is_guessed && self.healthy.is_empty();
         let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
+        if !is_likeliest {
+            let search = Search { data: &found.data, options, is_plant_open };
+            let result = search.beside(found.nominal.clone(), with, None);
+            return Some((found, result));
+        }
         let field = rivals::field(&with, &found.data, Round::Later(options.least_gain))?;
         let beside = Identified { nominal: with, ..found };
         let may_swing = self.may_swing(&beside, parts);
-        let TakenUp { found: beside, field, .. } = under_its_load(beside, field, may_swing, options);
+        let TakenUp { found: beside, field, .. } = under_its_load(beside, field, (may_swing, false), options);
         let base = gone_on(without_all(&field.base, &beside.data)?, &beside.data);
         let search = Search { data: &beside.data, options, is_plant_open };
         let result = search.beside(base.clone(), field.base.clone(), Some(field));
@@ -260,13 +263,7 @@ impl Case<'_> {
         };
         if let Beside::ComingAndGoing { terms, is_likeliest } = beside {
             let found = plants.into_iter().next()?.refined()?;
-            if !is_likeliest {
-                let search = Search { data: &found.data, options, is_plant_open };
-                let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
-                let result = search.beside(found.nominal.clone(), with, None);
-                return Some((found, result));
-            }
-            return self.searched_beside(terms, found, parts, options);
+            return self.searched_beside((terms, *is_likeliest), found, parts, options);
         }
         let seen = (&parts.recordings[..], &parts.fitted[..]);
         let plants = plants::with_actuators(plants, model, seen.0, seen.1, (is_plant_open, options));
@@ -278,7 +275,9 @@ impl Case<'_> {
         };
         // The steps of a coarse sensor have lines of their own.
         let may_swing = quantum.is_none() && self.may_swing(&found, parts);
-        let TakenUp { found, field, comes_and_goes } = under_its_load(found, first, may_swing, options);
+        // What comes and goes has the times of one recording.
+        let may = (may_swing, self.recordings.len() == 1);
+        let TakenUp { found, field, comes_and_goes } = under_its_load(found, first, may, options);
         let search = Search { data: &found.data, options, is_plant_open };
         let result = search.run(search.with_own_terms(field));
         let result = Found { quantum, comes_and_goes, ..result };
@@ -286,15 +285,20 @@ impl Case<'_> {
     }
 }
 
-/// A field under what the load does beside drifting: it swings, or it jumps.
-fn under_its_load(found: Identified, field: Field, may_swing: bool, options: &Options) -> TakenUp {
+/// A field under what the load may do beside drifting: it swings, or it jumps, and among that comes and goes.
+fn under_its_load(
+    found: Identified,
+    field: Field,
+    (may_swing, may_come_and_go): (bool, bool),
+    options: &Options,
+) -> TakenUp {
     let (found, field) =
         if may_swing { swinging_load::taken_up(found, field, options) } else { (found, field) };
     if found.data.waves().count() > 0 {
         // What is left of waves seems to jump, and to come and go.
-        return TakenUp { found, field, comes_and_goes: None };
+        return TakenUp { found, field, comes_and_goes: Vec::new() };
     }
-    jumping_load::taken_up(found, field, options)
+    jumping_load::taken_up(found, field, may_come_and_go, options)
 }
 
 /// Whether the reference stays where it is.

@@ -7,7 +7,6 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::all_samples;
-use super::comes_and_goes::ComesAndGoes;
 use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
 use super::glance::Round;
 use super::guarantee::decide_surely;
@@ -90,8 +89,8 @@ pub struct Found {
     pub rivals: Vec<(&'static str, f64)>,
     /// A coarse sensor.
     pub quantum: Option<Term>,
-    /// What comes and goes; where it does, the search is made again beside it.
-    pub comes_and_goes: Option<ComesAndGoes>,
+    /// What comes and goes in the first recording, with its times; where anything does, the search is made again beside it.
+    pub comes_and_goes: Vec<Term>,
     /// Log-likelihood that the refitted numbers gain over the stated ones.
     pub refit_gain: f64,
     /// Part of the drive's variance that is u's, the rest being the random load's.
@@ -125,7 +124,7 @@ impl Search<'_> {
             is_noise: true,
             rivals: Vec::new(),
             quantum: None,
-            comes_and_goes: None,
+            comes_and_goes: Vec::new(),
         }
     }
 

@@ -148,9 +148,11 @@ impl Case<'_> {
         let (found, mut result) = self.searched(&searched, &attempt.beside)?;
         let comes_and_goes = std::mem::take(&mut result.comes_and_goes);
         if !comes_and_goes.is_empty() {
-            let beside = self.beside(comes_and_goes, factor, true).filter(|tried| tried.stands);
-            if beside.is_some() {
-                return beside;
+            let beside = self.beside(comes_and_goes, factor, true);
+            // What is named in its place alone is not told by it.
+            let is_told = |tried: &Tried| tried.stands && tried.found.comes_and_goes();
+            if let Some(beside) = beside.filter(is_told) {
+                return Some(beside);
             }
         }
         self.tried_in_turn(attempt, &judge, found, result)
@@ -192,9 +194,7 @@ impl Case<'_> {
         let seen_of_recording = comes_and_goes::seen_part(&terms, duration_s, self.options.seen_of_recording);
         let options = Options { seen_of_recording, ..self.options.clone() };
         let attempt = Attempt { factor, beside: Beside::ComingAndGoing { terms, is_likeliest } };
-        let tried = Case { options: &options, holdout: None, ..*self }.tried(&attempt)?;
-        // What is named in its place alone is not told by this.
-        tried.found.comes_and_goes().then_some(tried)
+        Case { options: &options, holdout: None, ..*self }.tried(&attempt)
     }
 
     /// The search beside what comes and goes; where that is likeliest, also beside what the load does else.

@@ -122,7 +122,7 @@ fn on_one_scale(panels: &mut [Panel]) {
 
 /// What changed, in whole sentences, and from when on.
 fn changed(found: &Diagnosis, case: &Case<'_>) -> Block {
-    let told: Vec<_> = found.physics.iter().filter(|named| !sentences::may_be_nothing(named)).collect();
+    let told: Vec<_> = found.physics.iter().filter(|named| !named.may_be_nothing()).collect();
     if told.is_empty() {
         return Block::Text("No change is shown.".into());
     }

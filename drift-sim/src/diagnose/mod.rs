@@ -13,7 +13,7 @@ pub mod load_waves;
 pub mod locate;
 pub(crate) mod missing_drive;
 mod motion;
-mod named;
+pub(crate) mod named;
 pub(crate) mod observer;
 pub mod page;
 pub(crate) mod part_time;

@@ -2,6 +2,10 @@
 
 use crate::physics::{Starts, Term};
 
+/// Log-likelihood that a term gains from which it is not nothing, whatever the curvature says of each of its numbers: another one beside it, a load say, may take up what each of
+/// them does, and not what they do together.
+pub(crate) const EXCLUDES_NOTHING: f64 = 50.0;
+
 /// A term that was found, and what speaks for it.
 #[derive(Debug, Clone)]
 pub struct Named {
@@ -25,6 +29,15 @@ impl Named {
         let first = self.first.as_ref()?;
         let pairs = first.parameters.iter().zip(&self.term.parameters).zip(&self.half_widths);
         pairs.into_iter().any(|((then, now), width)| (then - now).abs() > *width).then_some(first)
+    }
+
+    /// Whether it may do nothing: every number that the recordings tell of may be the one at which it does, by its 95 % interval, and it gains too little to say otherwise.
+    pub fn may_be_nothing(&self) -> bool {
+        let numbers = self.term.kind.parameters.iter().zip(&self.term.parameters).zip(&self.half_widths);
+        let mut known = numbers.filter(|(_, width)| width.is_finite() && **width > 0.0).peekable();
+        self.train_gain <= EXCLUDES_NOTHING
+            && known.peek().is_some()
+            && known.all(|((parameter, number), width)| parameter.may_be_neutral(*number, *width))
     }
 
     /// Whether it is in the noise, and in no simulation.

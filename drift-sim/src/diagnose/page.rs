@@ -245,7 +245,7 @@ impl Writing<'_> {
                 "How sure: the gain on unseen data over its own standard error; by chance alone it is below 2.".into(),
             ));
         }
-        let told = self.found.physics.iter().filter(|named| !sentences::may_be_nothing(named));
+        let told = self.found.physics.iter().filter(|named| !named.may_be_nothing());
         for first in told.filter_map(Named::moved_from) {
             let says = (first.kind.says)(&first.parameters, &self.units);
             blocks.push(Block::Note(format!("When it was named, before what was found after it: {says}")));

@@ -87,7 +87,7 @@ fn named_json(named: &Named, found: &Diagnosis, units: &UnitNames) -> Value {
         "indistinguishable_from": named.tied,
         "evidence": {"holdout_gain_se": named.holdout_errors, "delta_bic_eff": 2.0 * named.train_gain},
         "says": sentences::says(named, found),
-        "may_be_nothing": sentences::may_be_nothing(named),
+        "may_be_nothing": named.may_be_nothing(),
         "experiment": kind.experiment,
     })
 }

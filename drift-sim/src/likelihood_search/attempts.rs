@@ -4,12 +4,12 @@
 
 use crate::controller::Controller;
 use crate::diagnose::prove::FitPct;
-use crate::diagnose::{Diagnosis, Verdict};
+use crate::diagnose::{Diagnosis, Named, Verdict};
 use crate::estimate::first_look::coarseness;
 use crate::estimate::signals::Signals;
 use crate::physics::Term;
 use crate::plant::Plant;
-use crate::{sentences, stage};
+use crate::stage;
 
 use super::judge::Tried;
 use super::options::Options;
@@ -176,7 +176,7 @@ fn rank(tried: &Tried) -> Option<(usize, bool)> {
         // None that is doubted is healthy.
         Verdict::NoMismatch | Verdict::Undecided => None,
     };
-    Some((rank?, tried.is_refuted || tried.found.physics.iter().any(sentences::may_be_nothing)))
+    Some((rank?, tried.is_refuted || tried.found.physics.iter().any(Named::may_be_nothing)))
 }
 
 /// What a simulation of what nothing has seen leaves, in per cent.

@@ -7,6 +7,7 @@ use crate::diagnose::load_jumps::LoadJumps;
 use crate::diagnose::load_waves::LoadWaves;
 use crate::diagnose::locate::{self as old_locate};
 use crate::diagnose::missing_drive::MissingDrive;
+use crate::diagnose::named::EXCLUDES_NOTHING;
 use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Fits, Named, Refitted, Rejected, Verdict, cycle};
 use crate::estimate::fit::Fit;
@@ -17,7 +18,7 @@ use crate::physics::{Parameter, Term};
 use crate::plant::Role;
 
 use super::excitation::{self, Shows};
-use super::law::Law;
+use super::law::{Law, OTHER_NUMBER};
 use super::options::Options;
 use super::search::Found;
 use super::unseen::{Unseen, fit_pct, noise_floor};
@@ -49,9 +50,7 @@ pub struct Conclusion<'a> {
     pub options: &'a Options,
 }
 
-/// Log-likelihood that a term gains from which its number is not the one at which it does nothing, whatever the curvature says; and the part of the way there that its
-/// interval goes at most.
-const EXCLUDES_NOTHING: f64 = 50.0;
+/// Part of the way to the number at which a term does nothing that its interval goes at most, where the likelihood excludes that.
 const SHORT_OF_NEUTRAL: f64 = 0.99;
 /// What refitted numbers must gain to be called other numbers, in log-likelihood, and by how much of its error the closed loop must come
 /// closer, on what nothing has seen as well.
@@ -206,12 +205,10 @@ impl Conclusion<'_> {
     }
 
     fn law_terms(&self, train: &Signals) -> Vec<Named> {
-        let half_width = |term: &Term| {
-            if term.kind.name == "controller_delay" {
-                0.5 * train.sample_time_s
-            } else {
-                0.01 * train.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()))
-            }
+        let half_width = |term: &Term| match term.kind.name {
+            "controller_delay" => 0.5 * train.sample_time_s,
+            "controller_gain" => OTHER_NUMBER * term.parameters.first().copied().unwrap_or(1.0),
+            _ => 0.01 * train.u.iter().fold(0.0, |most: f64, u| most.max(u.abs())),
         };
         let named = |term: &Term| Named {
             term: term.clone(),

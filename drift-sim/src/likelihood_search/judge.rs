@@ -2,12 +2,11 @@
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
-use crate::diagnose::Diagnosis;
 use crate::diagnose::prove::FitPct;
+use crate::diagnose::{Diagnosis, Named};
 use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
 use crate::estimate::signals::Signals;
-use crate::sentences;
 use crate::stage;
 
 use super::attempts::Attempt;
@@ -97,7 +96,7 @@ impl<'a> Judge<'a> {
             predicted,
             without: better(without, least),
         };
-        let is_nothing = !found.physics.is_empty() && found.physics.iter().all(sentences::may_be_nothing);
+        let is_nothing = !found.physics.is_empty() && found.physics.iter().all(Named::may_be_nothing);
         // A simulation proves it whatever else is in y, unless the plant was guessed from the very u that drives it; so does a cycle that the loop makes with what was named, and not
         // without it.
         let is_own_guess = self.case.is_its_own_guess();

@@ -1,5 +1,5 @@
 //! The control law, judged by its own error in u: what it makes of the recorded r and y against the recorded u. It needs no plant, and
-//! feedback can't bias it. A law that misses u is mended by other numbers first, then by a delay, a limit or another gain; one that can't be
+//! feedback can't bias it. A law that misses u is mended by one ratio of all its gains first, or by other numbers, then by a delay or a limit; one that can't be
 //! mended is another law.
 
 use crate::control_loop::Loop;
@@ -13,6 +13,10 @@ use crate::physics::{Place, Term};
 const ANOTHER: f64 = 0.1;
 /// Part of the law's error that a mend of more than its numbers must leave at most.
 const MAY_LEAVE: f64 = 0.5;
+/// Error of u, relative, below which laws do not differ.
+const EXACT: f64 = 1e-3;
+/// Times that the ratio of a law's gains is fitted: its integrator begins where the law before has it.
+const SCALED: usize = 3;
 /// Delays tried, in samples.
 const LONGEST_DELAY: usize = 12;
 /// Part of the range of u within which samples dwell at a limit, and the least number of them.
@@ -21,7 +25,7 @@ const LEAST_DWELL: usize = 5;
 /// Least correlation between u and what a limited law makes: cut to u's own range any law comes closer to it.
 const FOLLOWS: f64 = 0.5;
 /// Relative change from which a number of the law is another.
-const OTHER_NUMBER: f64 = 0.01;
+pub const OTHER_NUMBER: f64 = 0.01;
 
 /// What the recordings say of the law.
 #[derive(Debug, Clone)]
@@ -110,7 +114,14 @@ fn mends(stated: &Loop, recordings: &[Signals]) -> Vec<Mend> {
         let error = error(&at_work, recordings)?;
         Some(Mend { model: at_work, terms, error })
     };
-    found.extend(renumbered(stated, recordings, 0).and_then(|model| judged(model, Vec::new())));
+    let renumbered_alone = renumbered(stated, recordings, 0).and_then(|model| judged(model, Vec::new()));
+    let scaled = scaled(stated, recordings).and_then(|term| judged(stated.clone(), vec![term]));
+    // Numbers of their own leave about as much as one ratio of all where it is one.
+    let is_one_ratio = |scaled: &Mend| {
+        renumbered_alone.as_ref().is_none_or(|own| MAY_LEAVE * scaled.error < own.error.max(EXACT))
+    };
+    found.extend(scaled.filter(is_one_ratio));
+    found.extend(renumbered_alone);
     let late: Vec<Term> = (1..=LONGEST_DELAY).filter_map(|samples| delay(stated, samples)).collect();
     let limits = limits(stated, recordings);
     let best_of = |mends: Vec<Mend>| mends.into_iter().min_by(|a, b| a.error.total_cmp(&b.error));
@@ -138,6 +149,27 @@ fn mends(stated: &Loop, recordings: &[Signals]) -> Vec<Mend> {
 
 fn delay(stated: &Loop, samples: usize) -> Option<Term> {
     Term::new("controller_delay", &[("delay_s", samples as f64 * stated.sample_time_s)]).ok()
+}
+
+/// All gains times one ratio; `None` of a law with one gain, of which that is another number.
+fn scaled(stated: &Loop, recordings: &[Signals]) -> Option<Term> {
+    let gains = match &stated.controller {
+        Controller::Pi(law) => [law.kp, law.ki, 0.0],
+        Controller::Pid(law) => [law.kp, law.ki, law.kd],
+        Controller::PVelocity(_) | Controller::Recorded => return None,
+    };
+    if gains.iter().filter(|gain| **gain != 0.0).count() < 2 {
+        return None;
+    }
+    let signals = recordings.first()?;
+    let term = |ratio: f64| Term::new("controller_gain", &[("ratio", ratio)]).ok();
+    let mut ratio = 1.0;
+    for _ in 0..SCALED {
+        let mut model = stated.clone();
+        model.physics.push(term(ratio)?);
+        ratio *= replay(&model, signals)?.gain;
+    }
+    term(ratio).filter(|_| ratio > 0.0 && (ratio - 1.0).abs() > OTHER_NUMBER)
 }
 
 /// The law with the numbers that a regression finds, of the stated kind; u late by so many samples.
@@ -227,4 +259,48 @@ fn changed(stated: &Loop, mended: &Loop) -> Vec<(String, f64, f64)> {
         .filter(|((_, a), (_, b))| (a - b).abs() > OTHER_NUMBER * a.abs().max(b.abs()))
         .map(|((name, a), (_, b))| (format!("controller.{name}"), a, b))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Recording, RowState};
+    use crate::reference::Reference;
+    use crate::simulate::simulate;
+
+    /// What is stated of the law, and what is found of it on a heater that was recorded under another one.
+    fn examined(kp: f64, ki: f64) -> Law {
+        let under = |kp: f64, ki: f64| {
+            let text = format!(
+                "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"pi\"\nkp = {kp}\nki = {ki}\n[plant]\nkind = \"first-order\"\ngain = 2.0\ntime_constant_s = 60.0\n[sensor]\nnoise = 0.05\n"
+            );
+            Loop::parse(&text, "loop.toml").unwrap()
+        };
+        let r = Reference::random(20.0, 30.0, 150, 3).take_samples(1_200);
+        let trace = simulate(&under(kp, ki), &r, &[], 1, None).unwrap();
+        let state = vec![RowState::Valid; r.len()];
+        let recording =
+            Recording { sample_time_s: 1.0, r, y: trace.y, u: trace.u, state, ..Recording::default() };
+        let stated = under(1.5, 0.03);
+        examine(&stated, &[Signals::new(&recording, &stated).unwrap()])
+    }
+
+    /// Both gains 1.3 times as large are one ratio.
+    #[test]
+    fn gains_that_are_larger_by_one_ratio_are_named_as_such() {
+        let law = examined(1.3 * 1.5, 1.3 * 0.03);
+        let [term] = &law.terms[..] else { panic!("{:?}", law.terms) };
+        assert_eq!(term.kind.name, "controller_gain");
+        assert!((term.parameters[0] - 1.3).abs() < 0.002, "{:?}", term.parameters);
+        assert!(law.numbers.is_empty() && !law.is_another);
+    }
+
+    /// One of them is a number of its own.
+    #[test]
+    fn one_gain_that_is_larger_is_another_number() {
+        let law = examined(1.5, 1.3 * 0.03);
+        assert!(law.terms.is_empty(), "{:?}", law.terms);
+        let names: Vec<&str> = law.numbers.iter().map(|(name, ..)| name.as_str()).collect();
+        assert_eq!(names, ["controller.ki"]);
+    }
 }

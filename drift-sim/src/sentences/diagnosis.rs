@@ -117,7 +117,11 @@ fn by_direction(named: &Named, found: &Diagnosis, units: &UnitNames) -> String {
     };
     let rule = units.unit("{drive}/{speed}");
     let (improved, nominal) = (own(&found.improved.plant), own(&found.nominal.plant));
-    let total = |i: usize| value(improved + of(i).0, of(i).1);
+    // What the plant's own number may take up of it is told by their sum alone.
+    let total = |i: usize| {
+        let ((number, width), own) = (of(i), improved);
+        if width < (own + number).abs() { value(own + number, width) } else { plain(own + number, 3) }
+    };
     let mut text = format!(
         "Viscous friction differs by direction: {} forward, {} back; the model has {}.",
         with_unit(total(2), &rule),
@@ -125,20 +129,18 @@ fn by_direction(named: &Named, found: &Diagnosis, units: &UnitNames) -> String {
         plain(nominal, 3)
     );
     let dry = [0, 1].map(of);
-    if dry.iter().any(|(number, width)| number.abs() > if width.is_finite() { *width } else { 0.0 }) {
+    let is_told = |(number, width): &(f64, f64)| number.abs() > if width.is_finite() { *width } else { 0.0 };
+    // A load that stays adds to one and takes from the other as much.
+    let mean = 0.5 * (dry[0].0 + dry[1].0);
+    if dry.iter().any(is_told) {
         let [forward, back] = dry.map(|(number, width)| value(number, width));
         text +=
             &format!(" Dry friction beside it: {} forward, {back} back.", with_unit(forward, &units.drive));
+    } else if dry.iter().all(|(_, width)| width.is_finite() && *width > mean) && mean > 0.0 {
+        let mean = with_unit(plain(mean, 2), &units.drive);
+        text += &format!(" Dry friction beside it: {mean} on average; a load may be part of how it differs.");
     }
     text
-}
-
-/// Whether every number of a term may be as if the term were not there, by its 95 % interval.
-pub fn may_be_nothing(named: &Named) -> bool {
-    let numbers = named.term.kind.parameters.iter().zip(&named.term.parameters).zip(&named.half_widths);
-    let mut known = numbers.filter(|(_, width)| width.is_finite() && **width > 0.0).peekable();
-    known.peek().is_some()
-        && known.all(|((parameter, number), width)| parameter.may_be_neutral(*number, *width))
 }
 
 /// A parameter of a term: `20.8 ± 0.4 N`; a slow rate is one an hour or a day.
@@ -183,16 +185,15 @@ impl Telling<'_> {
                 )
             }
             Verdict::MissingPhysics => {
-                let mut told: Vec<&Named> = found.physics.iter().filter(|n| !may_be_nothing(n)).collect();
+                let mut told: Vec<&Named> = found.physics.iter().filter(|n| !n.may_be_nothing()).collect();
                 if told.is_empty() {
                     told.extend(found.physics.first());
                 }
                 let mut sentences = told.iter().map(|named| self.term(named));
                 let first = sentences.next().unwrap_or_default();
-                let mut also: Vec<String> = sentences.collect();
-                if let Some(first) = told.first().filter(|named| !named.tied.is_empty()) {
-                    also.push(format!("It can't be told from {} here.", listed(&first.tied)));
-                }
+                let tied = told.first().filter(|named| !named.tied.is_empty());
+                let tied = tied.map(|first| format!("It can't be told from {} here.", listed(&first.tied)));
+                let mut also: Vec<String> = tied.into_iter().chain(sentences).collect();
                 if found.far_off {
                     also.push("More is missing: the loop stays far from what was measured.".into());
                 }
@@ -384,7 +385,7 @@ impl Telling<'_> {
 
     /// The first named number, or the first of the plant's that moved.
     fn size_number(&self) -> Option<KeyNumber> {
-        if let Some(named) = self.found.physics.iter().find(|named| !may_be_nothing(named)) {
+        if let Some(named) = self.found.physics.iter().find(|named| !named.may_be_nothing()) {
             // Of two limits the one that was reached.
             let mut numbers = named.term.parameters.iter().zip(&named.half_widths);
             let at = numbers.position(|(number, width)| *width < number.abs()).unwrap_or(0);

@@ -16,7 +16,7 @@ mod typed;
 pub use answer::{Answer, KeyNumber, Status};
 pub use calibration::{asks_for_action, calibration, lateness};
 pub use clock::Clock;
-pub use diagnosis::{diagnosis, may_be_nothing, of_term, parameter, says, sizes};
+pub use diagnosis::{diagnosis, of_term, parameter, says, sizes};
 pub use monitoring::{monitoring, moved_name, pinned, side_name};
 pub use planning::{chance, planning};
 pub(crate) use quantity::with_carets;

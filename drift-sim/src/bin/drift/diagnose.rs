@@ -120,7 +120,7 @@ fn screen(diagnosed: &Diagnosed, terminal: &Terminal) -> String {
     let mut text = terminal.answer(&sentences::diagnosis(found, clock, start_s));
     text += &format!("\nverdict: {}{place}\n", found.verdict.name());
     let (nothing, something): (Vec<&Named>, Vec<&Named>) =
-        found.physics.iter().partition(|named| sentences::may_be_nothing(named));
+        found.physics.iter().partition(|named| named.may_be_nothing());
     for named in something {
         text += &physics(named, &found.nominal.unit_names(), terminal);
     }

@@ -19,6 +19,7 @@ mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;
 mod fleet_command;
+mod friction_by_direction;
 mod further_searches;
 mod hostile_recordings;
 mod init;

@@ -231,6 +231,27 @@ impl Hypothesis {
         point
     }
 
+    /// The same without dry friction, and a point of it.
+    pub fn without_dry_friction(&self, mut point: Point) -> (Self, Point) {
+        let mut sliding = self.clone();
+        for (index, term) in sliding.model.physics.iter_mut().enumerate() {
+            if !term.is_dry_friction() {
+                continue;
+            }
+            for (parameter, about) in term.kind.parameters.iter().enumerate() {
+                if let Some(value) = term.parameters.get_mut(parameter) {
+                    *value = about.neutral;
+                }
+                let place = self.place(Target::Term { term: index, parameter });
+                let free = place.and_then(|place| Some((self.free.get(place)?, point.x.get_mut(place)?)));
+                if let Some((free, x)) = free {
+                    *x = free.x_of(about.neutral);
+                }
+            }
+        }
+        (sliding, point)
+    }
+
     /// The loop and the noise at a point; `None` where a term's numbers contradict each other.
     pub fn realise(&self, point: &Point) -> Option<Realised> {
         let mut model = self.model.clone();

@@ -348,6 +348,11 @@ impl Term {
         Ok(())
     }
 
+    /// Whether it may hold a mass at rest.
+    pub fn is_dry_friction(&self) -> bool {
+        self.kind.family == Some(Family::Friction)
+    }
+
     /// The term as one plain sentence.
     pub fn says(&self, units: &UnitNames) -> String {
         (self.kind.says)(&self.parameters, units)

@@ -6,7 +6,7 @@ use realfft::num_complex::Complex;
 use crate::estimate::hypothesis::{ENDS, Hypothesis, Point, Target};
 use crate::estimate::innovations::SETTLING;
 use crate::estimate::signals::{Signals, held};
-use crate::physics::{Kind, Start, Weight};
+use crate::physics::{Kind, Start, Term, Weight};
 use crate::plant::{Output, Plant};
 
 use super::spectrum::Spectrum;
@@ -16,6 +16,8 @@ use super::{Base, Begin, neutral, wider};
 const TRIAL: f64 = 0.02;
 /// The same of a ratio.
 const RATIO_TRIAL: f64 = 0.1;
+/// The same where dry friction may hold what is small.
+const LARGE: f64 = 0.5;
 /// Times that are checked exactly, and how far apart they are, as part of the recording.
 const CHECKED: usize = 5;
 const APART: f64 = 0.015;
@@ -73,14 +75,39 @@ fn at_each(base: &Base<'_>, kind: &'static Kind, onsets_s: &[f64]) -> Option<Vec
     let start = Start::of(vec![free.value(0.0)]);
     let points: Vec<Point> =
         onsets_s.iter().map(|onset_s| hypothesis.started(&from, &start, *onset_s)).collect();
-    let responses = base.responses(&hypothesis, &points, place, trial)?;
-    let begun =
-        responses.into_iter().zip(points).zip(onsets_s).filter_map(|((response, mut point), onset_s)| {
+    let sized = |trial: f64| -> Option<Vec<Begin>> {
+        let responses = base.responses(&hypothesis, &points, place, trial)?;
+        let begun = responses.into_iter().zip(&points).zip(onsets_s);
+        let begun = begun.filter_map(|((response, point), onset_s)| {
             let (x, score) = base.proportional(&response?);
+            let mut point = point.clone();
             *point.x.get_mut(place)? = x.clamp(free.low.max(-MOST), 0.8 * free.high.min(MOST));
             Some(Begin { score, hypothesis: hypothesis.clone(), point, onset_s: *onset_s })
         });
-    Some(begun.collect())
+        Some(begun.collect())
+    };
+    let begun = sized(trial)?;
+    if !may_be_held(base) {
+        return Some(begun);
+    }
+    // A small trial is held by dry friction, a large one to one side alone: what each leads to is judged as it is.
+    let all = [LARGE, -LARGE].into_iter().filter_map(sized).flatten().chain(begun);
+    let all: Vec<Begin> = all.collect();
+    let points: Vec<Point> = all.iter().map(|begin| begin.point.clone()).collect();
+    let scores = base.scores(&hypothesis, &points);
+    let judged =
+        all.into_iter().zip(scores).filter_map(|(begin, score)| Some(Begin { score: score?, ..begin }));
+    let judged: Vec<Begin> = judged.collect();
+    let best_at = |onset_s: &f64| {
+        let there = judged.iter().filter(|begin| begin.onset_s == *onset_s);
+        there.max_by(|a, b| a.score.total_cmp(&b.score)).cloned()
+    };
+    Some(onsets_s.iter().filter_map(best_at).collect())
+}
+
+/// Whether dry friction may hold what the base's plant moves.
+fn may_be_held(base: &Base<'_>) -> bool {
+    base.fit.hypothesis.model.physics.iter().any(Term::is_dry_friction)
 }
 
 /// How the innovations answer, sample after sample, to a unit step on the drive (on y for a sensor), in the drive's (y's) scale.
@@ -97,9 +124,15 @@ fn step_answer(base: &Base<'_>, weight: Weight) -> Option<Vec<f64>> {
         } else {
             base.fit.hypothesis.scales.drive
         };
-    let point = hypothesis.started(&from, &Start::of(vec![level]), middle as f64 * ts);
-    let rows = base.rows(&hypothesis, &point)?;
-    let difference = rows.z.iter().zip(&base.fit.rows.z).take(length).skip(middle);
+    let stepped = |level: f64| {
+        let point = hypothesis.started(&from, &Start::of(vec![level]), middle as f64 * ts);
+        // What dry friction holds does not answer: the answer is that of what slides.
+        let (sliding, point) = hypothesis.without_dry_friction(point);
+        base.rows(&sliding, &point)
+    };
+    let rows = stepped(level)?;
+    let without = if may_be_held(base) { &stepped(0.0)?.z } else { &base.fit.rows.z };
+    let difference = rows.z.iter().zip(without).take(length).skip(middle);
     let mut answer: Vec<f64> = difference.map(|(a, b)| (a - b) / TRIAL).collect();
     let tail = answer.iter().rev().take(50);
     let last = tail.clone().sum::<f64>() / tail.count().max(1) as f64;

@@ -203,8 +203,8 @@ impl Search<'_> {
     fn follow(&self, found: &mut Found, mut known: Option<Field>) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
-            let least = self.options.least_share * strongest(found);
-            let round = Round::Later(least.max(self.options.least_gain));
+            let least = (self.options.least_share * strongest(found)).max(self.further_gain(&best));
+            let round = Round::Later(least);
             let Some(next) = known.take().or_else(|| field(&best, self.data, round)) else { break };
             let decision = self.decide(&next, least);
             if self.plants_own(&decision, &next).is_some() || self.is_lost_in_raggedness(&decision, &next) {
@@ -219,6 +219,13 @@ impl Search<'_> {
             }
             self.reconsider(found);
         }
+    }
+
+    /// What a further term must gain beside a fit.
+    fn further_gain(&self, beside: &Fit) -> f64 {
+        let Options { least_gain, further_gain, further_samples, .. } = *self.options;
+        let part = beside.rows.count as f64 / further_samples as f64;
+        (further_gain * part.min(1.0)).max(least_gain)
     }
 
     /// Whether what a decision names gains no more than a ragged likelihood may.

@@ -1,4 +1,5 @@
-//! What the unit of y says of an unknown plant: metres are a position, revolutions a minute a speed, degrees Celsius neither.
+//! What the unit of y says of an unknown plant: metres are a position, revolutions a minute a speed, degrees Celsius neither; and per cent of a range are none of a motor where u
+//! is, too: a drive whose range that is has a torque or a current for its u.
 
 use crate::physics::Units;
 use crate::plant::{Output, Plant};
@@ -48,7 +49,7 @@ pub fn suit(units: &Units, plant: &Plant) -> bool {
         output == Some(Output::Position)
     } else if is_of(&OF_SPEEDS) {
         output == Some(Output::Speed)
-    } else if is_of(&OF_PROCESSES) {
+    } else if is_of(&OF_PROCESSES) || (y == "%" && may_fill(units)) {
         output.is_none()
     } else {
         true
@@ -68,6 +69,22 @@ mod tests {
     use super::{beside, suit};
     use crate::physics::Units;
     use crate::plant::{FirstOrder, Output, Plant, Servo};
+
+    #[test]
+    fn a_level_in_per_cent_is_no_position_and_no_speed() {
+        let servo = |output| Plant::Servo(Servo { output, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 });
+        let of = |u: &str, force: Option<&str>| Units {
+            y: Some("%".into()),
+            u: Some(u.into()),
+            force: force.map(Into::into),
+            ..Units::default()
+        };
+        let is_motor =
+            |units: &Units| [Output::Position, Output::Speed].map(|output| suit(units, &servo(output)));
+        assert_eq!(is_motor(&of("%", None)), [false, false]);
+        assert_eq!(is_motor(&of("A", None)), [true, true]);
+        assert_eq!(is_motor(&of("%", Some("N m"))), [true, true]);
+    }
 
     #[test]
     fn a_temperature_is_no_position_and_a_unit_of_one_says_nothing() {

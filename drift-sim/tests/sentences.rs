@@ -392,6 +392,28 @@ fn what_may_be_nothing_is_left_out() {
     assert!(!answer.also.contains("load of"), "{answer:?}");
 }
 
+/// Friction by direction in an unknown motor, each of its numbers as wide as the motor's own: it may be nothing where it gains little, and what is known together is told where it
+/// gains much.
+#[test]
+fn what_gains_much_is_not_nothing_however_wide_its_intervals() {
+    let mut of = with_term(&founds()[1], "directional_friction", 1.0, 0.1, 0.0).unwrap();
+    let drift_sim::plant::Plant::Servo(servo) = &mut of.improved.plant else { panic!() };
+    servo.viscous = 3.0;
+    let named = &mut of.physics[0];
+    named.term.parameters = vec![0.2, 0.1, 0.4, -0.4];
+    named.half_widths = vec![5.0, 5.0, 20.0, 20.0];
+    named.train_gain = 20.0;
+    assert!(named.may_be_nothing());
+    named.train_gain = 1_000.0;
+    assert!(!named.may_be_nothing());
+    let says = drift_sim::sentences::says(&of.physics[0], &of);
+    assert!(says.starts_with("Viscous friction differs by direction: 3.4 "), "{says}");
+    assert!(
+        says.contains(" forward, 2.6 back; ") && says.contains("Dry friction beside it: 0.15 "),
+        "{says}"
+    );
+}
+
 /// An effort channel and a CUSUM over a loop with u = 0.2 y, its scatter 0.01, with `shift` from 200 s on.
 fn monitored(shift: f64, dates: bool) -> (Summary, Chart) {
     monitored_with(Memory::NONE, shift, dates)

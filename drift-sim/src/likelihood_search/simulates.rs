@@ -121,8 +121,12 @@ impl Trial<'_> {
         let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
             return false;
         };
-        let is_any_strong = self.found.physics.iter().any(|named| named.train_gain > STRONG);
-        is_any_strong && after.error() < CLOSER * before.error()
+        self.names_something_strong() && after.error() < CLOSER * before.error()
+    }
+
+    /// Whether something strong is named.
+    pub fn names_something_strong(&self) -> bool {
+        self.found.physics.iter().any(|named| named.train_gain > STRONG)
     }
 
     /// Whether what is named does not make that worse.

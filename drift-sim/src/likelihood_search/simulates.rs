@@ -124,6 +124,11 @@ impl Trial<'_> {
         self.names_something_strong() && after.error() < CLOSER * before.error()
     }
 
+    /// Whether what plays or sticks is named.
+    pub fn names_play(&self) -> bool {
+        self.found.physics.iter().any(is_play)
+    }
+
     /// Whether something strong is named.
     pub fn names_something_strong(&self) -> bool {
         self.found.physics.iter().any(|named| named.train_gain > STRONG)

@@ -8,9 +8,8 @@ use drift_sim::physics::Term;
 use drift_sim::recording::{Recording, RowState};
 use drift_sim::reference::Reference;
 use drift_sim::simulate::{Start, simulate};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+
+use crate::random_load::random_load;
 
 const FLOW: &str = "[loop]\nsample_time_s = 0.5\n[units]\nr = \"m3/h\"\ny = \"m3/h\"\nu = \"%\"\n\
     [controller]\nkind = \"pi\"\nkp = 1.5\nki = 0.1\nu_min = 0.0\nu_max = 100.0\n\
@@ -27,14 +26,7 @@ fn recorded(model: &Loop, spans: &[(f64, f64)], seed: u64) -> Signals {
     let physics = if spans.is_empty() { Vec::new() } else { vec![signal] };
     let mut model = Loop { physics, ..model.clone() };
     model.inputs.push(Input::made(Enters::Load));
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut load = 0.0;
-    let next = |_| {
-        let normal: f64 = StandardNormal.sample(&mut random);
-        load = STAYS * load + LOAD * libm::sqrt(1.0 - STAYS * STAYS) * normal;
-        load
-    };
-    let loads = (0..SAMPLES).map(next).collect();
+    let loads = random_load(SAMPLES, LOAD, STAYS, seed);
     let r = Reference::random(50.0, 3.0, 900, seed).take_samples(SAMPLES);
     let trace = simulate(&model, &r, &[loads], seed, Some(&Start::held(50.0, 60.0))).unwrap();
     let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);

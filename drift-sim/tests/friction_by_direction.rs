@@ -7,9 +7,8 @@ use drift_sim::measured_input::{Enters, Input};
 use drift_sim::physics::Term;
 use drift_sim::recording::{Recording, RowState};
 use drift_sim::simulate::simulate;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+
+use crate::random_load::random_load;
 
 const ARM: &str = "[loop]\nsample_time_s = 0.002\n[units]\nr = \"rad\"\ny = \"rad\"\nu = \"V\"\nforce = \"N m\"\n\
     [controller]\nkind = \"pid\"\nkp = 40.0\nki = 84.0\nkd = 4.5\nderivative_filter_s = 0.004\nu_min = -1000.0\nu_max = 1000.0\n";
@@ -27,14 +26,7 @@ fn recorded(physics: &[Term], r: &dyn Fn(f64) -> f64, seed: u64) -> Signals {
     let mut model = Loop::parse(&format!("{ARM}{PLANT}"), "loop.toml").unwrap();
     model.physics = physics.to_vec();
     model.inputs.push(Input::made(Enters::Load));
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut load = 0.0;
-    let next = |_| {
-        let normal: f64 = StandardNormal.sample(&mut random);
-        load = STAYS * load + LOAD * libm::sqrt(1.0 - STAYS * STAYS) * normal;
-        load
-    };
-    let loads = (0..SAMPLES).map(next).collect();
+    let loads = random_load(SAMPLES, LOAD, STAYS, seed);
     let r: Vec<f64> = (0..SAMPLES).map(|n| r(n as f64 * model.sample_time_s)).collect();
     let trace = simulate(&model, &r, &[loads], seed, None).unwrap();
     let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);

@@ -35,6 +35,7 @@ mod outputs;
 mod plain_rows;
 mod plan_command;
 mod plot_figures;
+mod random_load;
 mod recording_dates;
 mod recording_exports;
 mod recording_formats;

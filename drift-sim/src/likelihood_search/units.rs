@@ -70,9 +70,12 @@ mod tests {
     use crate::physics::Units;
     use crate::plant::{FirstOrder, Output, Plant, Servo};
 
+    fn servo(output: Output) -> Plant {
+        Plant::Servo(Servo { output, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 })
+    }
+
     #[test]
     fn a_level_in_per_cent_is_no_position_and_no_speed() {
-        let servo = |output| Plant::Servo(Servo { output, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 });
         let of = |u: &str, force: Option<&str>| Units {
             y: Some("%".into()),
             u: Some(u.into()),
@@ -88,7 +91,6 @@ mod tests {
 
     #[test]
     fn a_temperature_is_no_position_and_a_unit_of_one_says_nothing() {
-        let servo = |output| Plant::Servo(Servo { output, inertia: 1.0, viscous: 1.0, actuator_gain: 1.0 });
         let lag =
             Plant::FirstOrder(FirstOrder { gain: 1.0, time_constant_s: 1.0, delay_s: 0.0, offset: 0.0 });
         let of = |y: &str| Units { y: Some(y.into()), ..Units::default() };

@@ -119,8 +119,9 @@ fn by_direction(named: &Named, found: &Diagnosis, units: &UnitNames) -> String {
     let (improved, nominal) = (own(&found.improved.plant), own(&found.nominal.plant));
     // What the plant's own number may take up of it is told by their sum alone.
     let total = |i: usize| {
-        let ((number, width), own) = (of(i), improved);
-        if width < (own + number).abs() { value(own + number, width) } else { plain(own + number, 3) }
+        let (number, width) = of(i);
+        let sum = improved + number;
+        if width < sum.abs() { value(sum, width) } else { plain(sum, 3) }
     };
     let mut text = format!(
         "Viscous friction differs by direction: {} forward, {} back; the model has {}.",

@@ -23,7 +23,7 @@ use super::jumps::Jumps;
 use super::linear_part::LinearPart;
 use super::noise::Noise;
 use super::signals::{Signals, deviation, held};
-use super::waves::Waves;
+use super::waves::{Swings, Waves};
 use super::whiten::Whitener;
 
 /// Recordings of one loop, and how much of each a fit may see.
@@ -43,6 +43,8 @@ pub struct Data {
     jumps: Jumps,
     /// How fast something swings beside their loop.
     waves: Waves,
+    /// What that is over the samples of each that count.
+    swings: Arc<Vec<Option<Swings>>>,
     /// Motions in them.
     pub motions: Vec<Motion>,
     /// Deviations to which y and its first differences are known at the start.
@@ -88,6 +90,7 @@ impl Data {
             coloring,
             jumps: Jumps::default(),
             waves: Waves::default(),
+            swings: Arc::default(),
             motions,
             start_deviations,
             driven,
@@ -98,13 +101,13 @@ impl Data {
     /// The same recordings with another share that counts.
     #[must_use]
     pub fn seeing(&self, fitted: Vec<usize>) -> Self {
-        Self { fitted, first_look: None, ..self.clone() }
+        Self { fitted, first_look: None, ..self.clone() }.with_swings()
     }
 
     /// What does not count of the recordings, given what does.
     #[must_use]
     pub fn beyond(&self) -> Self {
-        Self { given: self.fitted.clone(), ..self.whole() }
+        Self { given: self.fitted.clone(), ..self.whole() }.with_swings()
     }
 
     /// The same recordings, all of which counts.
@@ -165,7 +168,25 @@ impl Data {
     #[must_use]
     pub fn swinging(self, waves: Waves) -> Self {
         let first_look = self.first_look.map(|look| Arc::new((*look).clone().swinging(waves.clone())));
-        Self { waves, first_look, ..self }
+        Self { waves, first_look, ..self }.with_swings()
+    }
+
+    /// With what swings over the samples that count, once for all hypotheses.
+    fn with_swings(self) -> Self {
+        let mut swings: Vec<Option<Swings>> = Vec::new();
+        for (i, signals, counted, _) in self.counted().filter(|(i, ..)| !self.waves.of(*i).is_empty()) {
+            swings.resize_with(i + 1, || None);
+            if let Some(last) = swings.last_mut() {
+                *last = self.waves.over(i, signals, &counted);
+            }
+        }
+        Self { swings: Arc::new(swings), ..self }
+    }
+
+    /// Takes out of a recording's innovations what swings beside the loop.
+    fn take_out_swings(&self, recording: usize, innovations: &mut [f64]) {
+        let swings = self.swings.get(recording).and_then(Option::as_ref);
+        swings.inspect(|swings| swings.take_out(innovations));
     }
 
     /// How fast something swings beside their loop.
@@ -327,11 +348,10 @@ fn rows_of(points: &[(&Hypothesis, &Point, Ready)], data: &Data) -> Vec<Option<R
             points.iter().map(|(of, _, ready)| ready.filter(of, data, i, signals)).collect();
         // There are gains of every recording.
         let filters = filters.unwrap_or_default();
-        let swings = data.waves.over(i, signals, &counted);
         for (runs, run) in runs.iter_mut().zip(filter_batch::run(&filters, signals, &counted, memory)) {
             *runs = runs.take().zip(run).map(|(mut runs, mut run)| {
                 data.coloring.whiten(&mut run.scaled);
-                swings.iter().for_each(|swings| swings.take_out(&mut run.scaled));
+                data.take_out_swings(i, &mut run.scaled);
                 runs.push(run);
                 runs
             });
@@ -430,9 +450,9 @@ pub fn runs(
     let ready = Ready::at(hypothesis, point, data, cache, samples)?;
     let each = data.counted().map(|(i, signals, counted, _)| {
         let (filter, start) = ready.filter(hypothesis, data, i, signals)?;
-        let mut run = filter.run(signals, &start, counted.clone(), in_detail)?;
+        let mut run = filter.run(signals, &start, counted, in_detail)?;
         data.coloring.whiten(&mut run.scaled);
-        data.waves.over(i, signals, &counted).iter().for_each(|swings| swings.take_out(&mut run.scaled));
+        data.take_out_swings(i, &mut run.scaled);
         Some(run)
     });
     each.collect()

@@ -50,7 +50,11 @@ const TURNED: usize = 64;
 /// it forgets.
 const FORGOTTEN: [f64; 4] = [20.0, 60.0, 200.0, 600.0];
 
+/// What is left of a decay that has ended.
+const GONE: f64 = 1e-30;
+
 /// Orthonormal directions of what swings at some frequencies, and of how it begins.
+#[derive(Debug)]
 pub struct Swings(Vec<Vec<f64>>);
 
 impl Swings {
@@ -86,9 +90,14 @@ fn pair(angle: f64, counts: &[bool]) -> [Vec<f64>; 2] {
 /// What decays in so many samples from the first that counts on.
 fn decaying(samples: f64, counts: &[bool]) -> Vec<f64> {
     let first = counts.iter().position(|counts| *counts).unwrap_or(0);
-    let at =
-        |(n, counts): (usize, &bool)| if *counts { libm::exp(-((n - first) as f64) / samples) } else { 0.0 };
-    counts.iter().enumerate().map(at).collect()
+    let stays = libm::exp(-1.0 / samples);
+    let (mut left, mut decaying) = (1.0, vec![0.0; first]);
+    for counts in counts.iter().skip(first) {
+        decaying.push(if *counts { left } else { 0.0 });
+        // The slow numbers next to zero are none.
+        left = if left > GONE { left * stays } else { 0.0 };
+    }
+    decaying
 }
 
 #[cfg(test)]

@@ -80,3 +80,14 @@ fn friction_is_named_where_the_load_jumps() {
         assert!((level - 0.1).abs() < 0.005, "{seed}: {level}");
     }
 }
+
+/// A change of the plant is proved although the load jumps in what proves as well: its jumps show once the change explains what was seen.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn a_change_is_proved_beside_jumps_that_no_fit_has_seen() {
+    let change = Term { onset_s: 10.0, ..Term::new("viscous_friction", &[("ratio", 3.0)]).unwrap() };
+    let found = diagnosed(std::slice::from_ref(&change), 51);
+    assert_eq!(named(&found), ["viscous_friction"]);
+    let ratio = found.physics.iter().find_map(|named| named.term.value("ratio")).unwrap();
+    assert!((ratio - 3.0).abs() < 0.15, "{ratio}");
+}

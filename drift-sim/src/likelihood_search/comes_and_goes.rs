@@ -47,8 +47,10 @@ pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<V
     let duration_s = parts.recordings.first().map_or(0.0, Signals::duration_s);
     // In the recording's own samples a load may be lost in what is fast.
     let mut found = factors.into_iter().filter_map(|factor| {
-        let Searched { parts, healthy, model } = Searched::of(&parts, case.healthy, &model, factor);
-        let plants = plants::likeliest(&model, &parts.recordings, &parts.fitted, &healthy, case.options);
+        let searched = Searched::of(&parts, case.healthy, &model, factor);
+        let Searched { parts, healthy, model, direction } = &searched;
+        let seen = (&parts.recordings[..], &parts.fitted[..]);
+        let plants = plants::likeliest(model, seen, healthy, *direction, case.options);
         let plant = plants.into_iter().next()?.refined()?;
         Some(found_beside(&plant.nominal, &plant.data, case.options.least_gain))
     });

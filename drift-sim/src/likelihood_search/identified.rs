@@ -24,7 +24,8 @@ pub struct IdentifiedPlant {
 /// The likeliest plant of each structure that is not far behind, from the first `fitted` samples; empty where none can be simulated. The first is the one with
 /// the fewest numbers of those that can't be told from the likeliest; the likeliest of the others follow.
 pub fn plants_of(open: &Loop, recording: &Signals, fitted: usize, options: &Options) -> Vec<IdentifiedPlant> {
-    let found = plants::likeliest(open, std::slice::from_ref(recording), &[fitted], &[], options);
+    let of = std::slice::from_ref(recording);
+    let found = plants::likeliest(open, (of, &[fitted]), &[], plants::direction(of), options);
     let mut found: Vec<Identified> = found.into_iter().filter_map(Identified::refined).collect();
     let objective = |plant: &Identified| plant.nominal.objective() + plant.cost();
     let likeliest = found.iter().map(objective).fold(f64::INFINITY, f64::min);

@@ -109,6 +109,8 @@ struct Searched {
     parts: Parts,
     healthy: Vec<Signals>,
     model: Loop,
+    /// The sign of an unknown plant's gain, as the own samples tell it.
+    direction: f64,
 }
 
 impl Searched {
@@ -118,6 +120,7 @@ impl Searched {
             parts: parts.in_coarser_samples(factor),
             healthy: coarser(healthy, factor),
             model: Loop { sample_time_s: factor as f64 * model.sample_time_s, ..model.clone() },
+            direction: plants::direction(if healthy.is_empty() { &parts.recordings } else { healthy }),
         }
     }
 }
@@ -231,7 +234,7 @@ impl Case<'_> {
 
     /// The search: the plant with its numbers, and what is named beside it.
     fn searched(&self, searched: &Searched, beside: &Beside) -> Option<(Identified, Found)> {
-        let Searched { parts, healthy, model } = searched;
+        let Searched { parts, healthy, model, direction } = searched;
         let options = self.options;
         stage::begins("the plant's own numbers", 0);
         if let Beside::StickingMotor { than } = *beside {
@@ -243,7 +246,8 @@ impl Case<'_> {
             let result = search.beside(found.nominal.clone(), with, None);
             return Some((found, result));
         }
-        let plants = plants::likeliest(model, &parts.recordings, &parts.fitted, healthy, options);
+        let seen = (&parts.recordings[..], &parts.fitted[..]);
+        let plants = plants::likeliest(model, seen, healthy, *direction, options);
         let is_guessed = plants.first()?.is_guessed;
         let is_plant_open = is_guessed && healthy.is_empty();
         let step = coarse_step(&parts.recordings, healthy, is_guessed);
@@ -265,7 +269,6 @@ impl Case<'_> {
             let found = plants.into_iter().next()?.refined()?;
             return self.searched_beside((terms, *is_likeliest), found, parts, options);
         }
-        let seen = (&parts.recordings[..], &parts.fitted[..]);
         let plants = plants::with_actuators(plants, model, seen.0, seen.1, (is_plant_open, options));
         let (found, first) = likeliest_with_physics(plants, options)?;
         let (found, first) = if is_plant_open {

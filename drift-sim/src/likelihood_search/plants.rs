@@ -84,9 +84,9 @@ const GUESSED_LOAD: f64 = 10.0;
 /// The stated plant's fit; or those of the likeliest plants, the best first. Empty where none can be simulated.
 pub fn likeliest(
     model: &Loop,
-    recordings: &[Signals],
-    fitted: &[usize],
+    (recordings, fitted): (&[Signals], &[usize]),
     healthy: &[Signals],
+    direction: f64,
     options: &Options,
 ) -> Vec<Identified> {
     let mut all = recordings.to_vec();
@@ -108,11 +108,12 @@ pub fn likeliest(
     } else {
         (healthy, healthy.iter().map(Signals::len).collect())
     };
-    let identification = Identification { model, beside: None, of, until: &until, options: &options };
+    let options = &options;
+    let identification = Identification { model, beside: None, of, until: &until, direction, options };
     let mut found: Vec<Identified> = identification
         .of_each_structure()
         .iter()
-        .filter_map(|(found, _)| with(found, &options, true))
+        .filter_map(|(found, _)| with(found, options, true))
         .collect();
     found.sort_by(|a, b| (a.nominal.objective() + a.cost()).total_cmp(&(b.nominal.objective() + b.cost())));
     found
@@ -181,11 +182,13 @@ fn behind(
     let at_work = Loop { physics: vec![term.clone()], ..model.clone() };
     let moved = |signals: &Signals| Signals { u: actuated(&at_work, &signals.u), ..signals.clone() };
     let of: Vec<Signals> = recordings.iter().map(moved).collect();
-    let identification = Identification { model, beside: None, of: &of, until: fitted, options: &options };
+    let (of, options) = (&of, &options);
+    let identification =
+        Identification { model, beside: None, of, until: fitted, direction: direction(of), options };
     let (found, _) = identification.of_each_structure().into_iter().next()?;
-    let hypothesis = super::hypothesis(&found, recordings, &options);
+    let hypothesis = super::hypothesis(&found, recordings, options);
     let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
-    let plant = Identified::looked_at(&hypothesis, data, true, &options)?;
+    let plant = Identified::looked_at(&hypothesis, data, true, options)?;
     let offered = vec![beside(term, &plant)?];
     Some(Candidate { plant, offered })
 }
@@ -200,13 +203,13 @@ pub fn beside_leading(
     options: &Options,
 ) -> Option<Candidate> {
     let options = guessing(options);
-    let identification =
-        Identification { model, beside: Some(term), of: recordings, until: fitted, options: &options };
+    let (of, direction, options) = (recordings, direction(recordings), &options);
+    let identification = Identification { model, beside: Some(term), of, until: fitted, direction, options };
     let (found, term) = identification.of_each_structure().into_iter().next()?;
-    let hypothesis = super::hypothesis(&found, recordings, &options);
+    let hypothesis = super::hypothesis(&found, recordings, options);
     let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
     let term = term?;
-    let plant = Identified::looked_at(&hypothesis, data, true, &options)?;
+    let plant = Identified::looked_at(&hypothesis, data, true, options)?;
     let look = plant.data.look();
     let offered = vec![(term.kind, nominal::fit(&hypothesis.with(term).sampled_as(look), look)?)];
     Some(Candidate { plant, offered })
@@ -221,6 +224,8 @@ struct Identification<'a> {
     /// Recordings, and how much of each counts.
     of: &'a [Signals],
     until: &'a [usize],
+    /// Its [`direction`].
+    direction: f64,
     options: &'a Options,
 }
 
@@ -293,11 +298,10 @@ impl Identification<'_> {
     fn begun(&self) -> Vec<(usize, Fit)> {
         let longest = self.until.iter().max().copied().unwrap_or(0);
         let factor = (longest / ENOUGH).clamp(1, COARSEST);
-        let direction = direction(self.of);
         let samples = self.in_coarser_samples(factor);
         let coarser = self.on(&samples);
         let Samples { model, of, .. } = &samples;
-        let signs = [1.0, -1.0].into_iter().filter(|sign| direction * sign >= 0.0).collect::<Vec<_>>();
+        let signs = [1.0, -1.0].into_iter().filter(|sign| self.direction * sign >= 0.0).collect::<Vec<_>>();
         let plants = structures(&measure::scales(model, of), of, &signs).into_iter().enumerate();
         let plants = plants.map(|(i, plant)| (i % STRUCTURES, plant));
         let regressed = equation_error::plants(self.of).into_iter().map(|plant| (TWO_POLES, plant));
@@ -340,8 +344,9 @@ fn drifts(fit: &Fit) -> bool {
 const ACTS: f64 = 0.2;
 
 /// The sign of the plant's gain: that of the law's, for it holds the loop; 0 where u does not tell. Noise that the law feeds back looks like a
-/// plant of the other sign. Where the plant answers within a sample, the error's changes are its own answer: then what u does about the error itself contradicts them.
-fn direction(recordings: &[Signals]) -> f64 {
+/// plant of the other sign, and more so in the mean of many samples, in which u has answered to y: the recordings' own samples tell it. Where the plant answers
+/// within a sample, the error's changes are its own answer: then what u does about the error itself contradicts them.
+pub fn direction(recordings: &[Signals]) -> f64 {
     let mut sums = [0.0; 6];
     for signals in recordings {
         let e: Vec<f64> = signals.r.iter().zip(&signals.y).map(|(r, y)| r - y).collect();

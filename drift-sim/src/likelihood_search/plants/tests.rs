@@ -3,6 +3,7 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::{direction, gain_of_changes, likeliest};
 use crate::control_loop::Loop;
+use crate::estimate::first_look::coarser;
 use crate::estimate::level::gain_at_rest;
 use crate::estimate::signals::Signals;
 use crate::likelihood_search::options::Options;
@@ -41,7 +42,8 @@ fn a_loop_far_from_zero_tells_its_gain() {
         "[loop]\nsample_time_s = 10.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n";
     let open = Loop::parse(open, "a flow").unwrap();
     for gain in [8.0, 40.0] {
-        let found = likeliest(&open, &[flow(gain)], &[1500], &[], &Options::default());
+        let of = [flow(gain)];
+        let found = likeliest(&open, (&of, &[1500]), &[], direction(&of), &Options::default());
         let plants = found.iter().filter_map(|found| found.nominal.hypothesis.realise(&found.nominal.point));
         // Of an oscillator only the product of gain and rate shows.
         let plant = plants.map(|realised| realised.model.plant).find(|p| p.u_at_rest(0.0).is_some()).unwrap();
@@ -70,4 +72,23 @@ fn the_law_tells_the_sign_of_the_gain_unless_the_plant_answers_within_a_sample()
     };
     assert_eq!(direction(&[with_plant(-5.0)]), 1.0);
     assert_eq!(direction(&[with_plant(2.0)]), 0.0);
+}
+
+/// A sensor's noise that a law of proportion and derivative feeds back at rest: its own samples tell the law's sign, and means of 27 of them do not.
+#[test]
+fn the_means_of_many_samples_lose_the_sign() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let noise = sequence(27_000, 1.0, 0.0, &mut random);
+    let kicks: Vec<f64> = noise.windows(2).map(|pair| pair[1] + 8.0 * (pair[1] - pair[0])).collect();
+    let drifting = sequence(kicks.len(), 2.0, 0.999, &mut random);
+    let signals = Signals {
+        u: kicks.iter().zip(drifting).map(|(kick, load)| kick + load).collect(),
+        y: noise.iter().skip(1).map(|e| -e).collect(),
+        r: vec![0.0; kicks.len()],
+        sample_time_s: 1.0,
+        ..Signals::default()
+    };
+    let own = [signals];
+    assert_eq!(direction(&own), 1.0);
+    assert_eq!(direction(&coarser(&own, 27)), 0.0);
 }

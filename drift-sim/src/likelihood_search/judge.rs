@@ -13,6 +13,7 @@ use super::attempts::Attempt;
 use super::conclude::{self, Conclusion};
 use super::decide::priced;
 use super::law::Law;
+use super::options::Options;
 use super::parts::Parts;
 use super::plants::Identified;
 use super::search::Found;
@@ -114,13 +115,14 @@ impl<'a> Judge<'a> {
         };
         // Of a loop that holds, and of which nothing is known, a load that jumps moves all there is: no plant is told by that.
         let is_told = !(is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings));
-        // A plant that was guessed from the very recordings lacks something, and any kind gains a little by that: of five seeds of `tests/cases/run` (9307 to 9311) all four kinds that
-        // were named for less were not there, or a wave of the noise. A simulation may show it all the same, and what sticks or plays shows in how y jumps and turns.
-        let is_enough = !is_own_guess
-            || found.physics.is_empty()
-            || is_proven
-            || trial.names_something_strong()
-            || trial.names_play();
+        let Options { guessed_gain, unknown_gain, .. } = *self.case.options;
+        let is_plant_open = beside.is_guessed && self.case.healthy.is_empty();
+        let least_gain = match is_own_guess && !is_proven && !trial.names_play() {
+            true => unknown_gain,
+            false if is_plant_open => guessed_gain,
+            false => 0.0,
+        };
+        let is_enough = found.physics.is_empty() || trial.names_what_gains(least_gain);
         let stands = is_shown
             && is_told
             && is_enough

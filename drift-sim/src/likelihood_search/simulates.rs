@@ -121,7 +121,7 @@ impl Trial<'_> {
         let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
             return false;
         };
-        self.names_something_strong() && after.error() < CLOSER * before.error()
+        self.names_what_gains(STRONG) && after.error() < CLOSER * before.error()
     }
 
     /// Whether what plays or sticks is named.
@@ -129,9 +129,9 @@ impl Trial<'_> {
         self.found.physics.iter().any(is_play)
     }
 
-    /// Whether something strong is named.
-    pub fn names_something_strong(&self) -> bool {
-        self.found.physics.iter().any(|named| named.train_gain > STRONG)
+    /// Whether something is named that gains more than this in log-likelihood.
+    pub fn names_what_gains(&self, least: f64) -> bool {
+        self.found.physics.iter().any(|named| named.train_gain > least)
     }
 
     /// Whether what is named does not make that worse.

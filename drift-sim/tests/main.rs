@@ -18,6 +18,7 @@ mod diagnose_unknown_motor;
 mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;
+mod far_from_the_first_fit;
 mod fleet_command;
 mod friction_by_direction;
 mod further_searches;

@@ -30,7 +30,8 @@ pub fn scales(model: &Loop, recordings: &[Signals]) -> Scales {
     let (u_lowest, u_highest) = range(&us);
     let mut sizes: Vec<f64> = us.iter().map(|u| u.abs()).collect();
     sizes.sort_by(f64::total_cmp);
-    let mut sorted = us.clone();
+    // A limit at an end does nothing, however long u dwells there.
+    let mut sorted: Vec<f64> = us.iter().copied().filter(|u| *u > u_lowest && *u < u_highest).collect();
     sorted.sort_by(f64::total_cmp);
     let at =
         |x: &[f64], share: f64| x.get(((x.len().max(1) - 1) as f64 * share) as usize).copied().unwrap_or(0.0);

@@ -6,7 +6,7 @@ use crate::cores::AcrossCores as _;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
-use crate::physics::{Family, KINDS, Kind, Scales, Start, Starts};
+use crate::physics::{Family, KINDS, Kind, Place, Scales, Start, Starts};
 use crate::plant::Plant;
 use crate::stage;
 
@@ -21,6 +21,8 @@ const APART: f64 = 0.03;
 /// Slides from each start, and steps of a short fit.
 const SLIDES: usize = 2;
 const SHORT: usize = 3;
+/// Steps of a fit behind an actuator, of a plant that was guessed from what goes into it.
+const LONG: usize = 6;
 /// Part of what a start promises that a slide from it must keep.
 const KEPT: f64 = 0.5;
 /// Gain of a short fit from which its shared numbers are tried for the other kinds.
@@ -125,7 +127,8 @@ impl Glance {
             let promise = promise(&of_each);
             let each = bases.iter().zip(of_each);
             let begun = each.filter_map(|(base, starts)| {
-                let beside = Beside { base, data, is_behind: lead.leaves_behind(kind, promise) };
+                let is_behind = lead.leaves_behind(kind, promise);
+                let beside = Beside { base, data, is_first: matches!(round, Round::First(_)), is_behind };
                 beside.best_of(kind, starts, round)
             });
             let fit = begun.reduce(|a, b| if b.objective() < a.objective() { b } else { a })?;
@@ -209,6 +212,8 @@ impl<'a> Lead<'a> {
 struct Beside<'a> {
     base: &'a Base<'a>,
     data: &'a Data,
+    /// Whether nothing is named yet.
+    is_first: bool,
     /// Whether the kind is too far behind another one for its starts to be followed.
     is_behind: bool,
 }
@@ -223,20 +228,31 @@ impl Beside<'_> {
             _ => STARTS,
         };
         let mut best: Option<Fit> = None;
-        let mut tried: Vec<f64> = Vec::new();
+        let mut tried: Vec<(f64, Vec<bool>)> = Vec::new();
         let least = round.promising();
         for begin in starts.into_iter().filter(|begin| 0.5 * begin.score > least) {
             let is_near = |onset: &f64| (onset - begin.onset_s).abs() < APART * duration;
-            if begins_at_once(kind) && tried.iter().any(is_near) {
+            if begins_at_once(kind) && tried.iter().any(|(onset, _)| is_near(onset)) {
                 continue;
             }
-            tried.push(begin.onset_s);
-            best = better(best, self.tried(&begin, kind));
-            if tried.len() == most {
-                break;
+            // One limit and two lead to different fits, whatever each promises.
+            let limited = if self.is_behind { Vec::new() } else { limited(&begin, kind) };
+            if tried.iter().filter(|(_, of)| *of == limited).count() == most {
+                continue;
             }
+            tried.push((begin.onset_s, limited));
+            best = better(best, self.tried(&begin, kind));
         }
         best
+    }
+
+    /// Whether a plant was guessed from what goes into an actuator of this kind: behind the actuator it is another one, far from linear.
+    fn is_identified_before(&self, kind: &Kind) -> bool {
+        kind.place == Place::Actuator
+            && matches!(kind.search, Starts::Grid(_))
+            && self.base.fit.hypothesis.is_guessed
+            && self.is_first
+            && !self.is_behind
     }
 
     /// A fit from a start. The length of a wave that promises something is too far from linear for a slide, and so is what moves the plant; where a slide does not keep
@@ -245,6 +261,10 @@ impl Beside<'_> {
         if moves_the_plant(kind, &self.base.fit.hypothesis.scales) {
             // There are many of these starts, and the best of them goes on.
             return descended(begin, self.data, 1);
+        }
+        if self.is_identified_before(kind) {
+            let slid = self.base.slid(begin, SLIDES, &stuck(&begin.hypothesis));
+            return better(slid, descended(begin, self.data, LONG));
         }
         // A wave is followed however far behind it seems: where a loop rests the plant's numbers answer to it in the wave's place, and what they miss without it is far more.
         let is_wave = matches!(kind.search, Starts::Wave(_));
@@ -259,6 +279,18 @@ impl Beside<'_> {
         }
         better(slid, descended(begin, self.data, SHORT))
     }
+}
+
+/// Which of several limits u passes where a fit begins; none of another kind.
+fn limited(begin: &Begin, kind: &Kind) -> Vec<bool> {
+    if kind.parameters.iter().filter(|parameter| parameter.limits).count() < 2 {
+        return Vec::new();
+    }
+    let scales = &begin.hypothesis.scales;
+    let passes = |limit: &f64| *limit > scales.u_lowest && *limit < scales.u_highest;
+    let realised = begin.hypothesis.realise(&begin.point);
+    let term = realised.and_then(|realised| realised.model.physics.into_iter().next_back());
+    term.map_or(Vec::new(), |term| term.parameters.iter().map(passes).collect())
 }
 
 /// Whether a plant's number is far from where it was taken as likely: it may have taken up what is missing.
@@ -338,8 +370,9 @@ pub fn second_round(
         let alike = alike.filter(|(of, _)| of != kind);
         let is_behind = |begin: &Begin| lead.leaves_behind(kind, 0.5 * begin.score);
         let best_start = begins(&from, kind).into_iter().next();
-        let from_best = best_start
-            .and_then(|begin| Beside { base: &from, data, is_behind: is_behind(&begin) }.tried(&begin, kind));
+        let from_best = best_start.and_then(|begin| {
+            Beside { base: &from, data, is_first: false, is_behind: is_behind(&begin) }.tried(&begin, kind)
+        });
         // A slide won't do from where the best one begins: what takes its place moves the plant's numbers far.
         let alike = alike.and_then(|(_, onset_s)| at_onset(&from, kind, onset_s));
         let with_best = alike.and_then(|begin| match is_behind(&begin) {

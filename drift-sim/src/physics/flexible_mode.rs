@@ -19,7 +19,9 @@ pub(super) static KIND: Kind = Kind {
     consistent: any_values,
     effect: |p, context| Box::new(FlexibleMode::new(p[0], p[1], context.substep_s)),
     search: Starts::Grid(|s| {
-        grid([0.01, 0.025, 0.06, 0.15, 0.35], |part| vec![part / s.sample_time_s, 0.05])
+        let parts = [0.01, 0.02, 0.04, 0.08, 0.15, 0.35];
+        let of_each = parts.iter().flat_map(|part| [0.05, 0.3].map(|damping| (part, damping)));
+        grid(of_each, |(part, damping)| vec![part / s.sample_time_s, damping])
     }),
     // Above what the recording shows it is nothing but late.
     family: Some(Family::Lag),

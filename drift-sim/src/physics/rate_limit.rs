@@ -14,7 +14,9 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(RateLimit { most: p[0] * context.substep_s, position: None }),
-    search: Starts::Grid(|s| grid([0.03, 0.1, 0.3, 0.6, 1.0], |part| vec![part * s.u_slew])),
+    search: Starts::Grid(|s| {
+        grid([0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.6, 1.0], |part| vec![part * s.u_slew])
+    }),
     family: None,
     excitation: "Steps of u of different sizes.",
     ties: &["unmodelled_lag", "saturation"],

@@ -17,7 +17,7 @@ pub struct Scales {
     pub u_most: f64,
     /// Sizes of u that 0.05 to 99 % of the samples exceed.
     pub u_sizes: Vec<f64>,
-    /// The same of u alone, from its upper end down: levels that a limit may cut it at.
+    /// The same of u between its ends alone, from the upper one down: levels that a limit may cut it at.
     pub u_upper: Vec<f64>,
     /// The same from its lower end up.
     pub u_lower: Vec<f64>,

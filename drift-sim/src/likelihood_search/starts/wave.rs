@@ -37,13 +37,15 @@ pub fn waves(base: &Base<'_>, kind: &'static Kind, over: Over) -> Option<Vec<Beg
         Over::Time => begins.extend(of_lines(base, kind, &over_time(base)?)),
         Over::Position => {
             let way = Way::of(base)?;
+            let most = way.resolved();
             let mut lines = way.waves()?;
-            lines.extend((1..=FEW_WAVES).map(|waves| way.length(waves as f64)));
+            let few = (1..=FEW_WAVES).map(|waves| waves as f64).filter(|waves| *waves <= most);
+            lines.extend(few.map(|waves| way.length(waves)));
             begins = of_lines(base, kind, &lines);
             begins.sort_by(|a: &(f64, Begin), b| b.1.score.total_cmp(&a.1.score));
             let best: Vec<f64> = begins.iter().take(REFINED).map(|(line, _)| way.way / line).collect();
             let between = best.iter().flat_map(|waves| [waves - 0.5, waves + 0.5]);
-            let few = between.filter(|waves| (1.0..=FEW_WAVES as f64 + 1.0).contains(waves));
+            let few = between.filter(|waves| (1.0..=most.min(FEW_WAVES as f64 + 1.0)).contains(waves));
             let finer: Vec<f64> = few.map(|waves| way.length(waves)).collect();
             begins.extend(of_lines(base, kind, &finer));
         }
@@ -171,12 +173,17 @@ impl<'a> Way<'a> {
         self.way / waves
     }
 
+    /// Waves over the way, at most, that a force can be told from noise by: at rest a step is the sensor's noise.
+    fn resolved(&self) -> f64 {
+        let least = SAMPLES_OF_A_WAVE * usual_step(&self.positions).max(1e-300);
+        (self.way / least).min(MOST_WAVES)
+    }
+
     /// The lengths of the strongest lines of the spectrum over the way. Of few waves on a way that is not travelled evenly it tells little.
     fn waves(&self) -> Option<Vec<f64>> {
         let n = self.positions.len() as f64;
         let mean = self.z.iter().sum::<f64>() / n;
-        let least = SAMPLES_OF_A_WAVE * usual_step(&self.positions).max(1e-300);
-        let resolved = (self.way / least).min(MOST_WAVES);
+        let resolved = self.resolved();
         let of_samples = Waves::over(&self.positions, self.low, self.way, |_| 1.0)?;
         let of_z = Waves::over(&self.positions, self.low, self.way, |i| self.z[i] - mean)?;
         let power = |i: usize| of_z.at(i).norm_sqr() / (n - of_samples.at(i).norm_sqr() / n).max(1e-9 * n);

@@ -6,7 +6,7 @@ use crate::cores::AcrossCores as _;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
-use crate::physics::{Family, KINDS, Kind, Place, Scales, Start, Starts};
+use crate::physics::{Family, KINDS, Kind, Scales, Start, Starts};
 use crate::plant::Plant;
 use crate::stage;
 
@@ -21,7 +21,7 @@ const APART: f64 = 0.03;
 /// Slides from each start, and steps of a short fit.
 const SLIDES: usize = 2;
 const SHORT: usize = 3;
-/// Steps of a fit behind an actuator, of a plant that was guessed from what goes into it.
+/// Steps of a fit behind a limit, of a plant that was guessed from what goes into it.
 const LONG: usize = 6;
 /// Part of what a start promises that a slide from it must keep.
 const KEPT: f64 = 0.5;
@@ -246,13 +246,10 @@ impl Beside<'_> {
         best
     }
 
-    /// Whether a plant was guessed from what goes into an actuator of this kind: behind the actuator it is another one, far from linear.
+    /// Whether a plant was guessed from what goes into a limit of this kind: behind the limit it is another one, far from linear.
     fn is_identified_before(&self, kind: &Kind) -> bool {
-        kind.place == Place::Actuator
-            && matches!(kind.search, Starts::Grid(_))
-            && self.base.fit.hypothesis.is_guessed
-            && self.is_first
-            && !self.is_behind
+        let is_limit = kind.parameters.iter().all(|parameter| parameter.limits);
+        is_limit && self.base.fit.hypothesis.is_guessed && self.is_first && !self.is_behind
     }
 
     /// A fit from a start. The length of a wave that promises something is too far from linear for a slide, and so is what moves the plant; where a slide does not keep

@@ -6,7 +6,7 @@ use realfft::num_complex::Complex;
 use crate::estimate::hypothesis::{ENDS, Hypothesis, Point, Target};
 use crate::estimate::innovations::SETTLING;
 use crate::estimate::signals::{Signals, held};
-use crate::physics::{Kind, Place, Start, Term, Weight};
+use crate::physics::{Kind, Start, Starts, Term, Weight};
 use crate::plant::{Output, Plant};
 
 use super::spectrum::Spectrum;
@@ -72,8 +72,8 @@ fn at_each(base: &Base<'_>, kind: &'static Kind, onsets_s: &[f64]) -> Option<Vec
     let place = *hypothesis.places_of(hypothesis.candidates().len() - 1).first()?;
     let free = hypothesis.free.get(place)?.clone();
     let trial = if free.from == 0.0 { TRIAL } else { RATIO_TRIAL };
-    // Feedback conceals what is wrong with a sensor: y stays where it is, and its scale says nothing of it.
-    let most = if kind.place == Place::Sensor { f64::INFINITY } else { MOST };
+    // Feedback conceals how a sensor drifts: y stays where it is, and its scale says nothing of it. A bias shows in y when it comes.
+    let most = if matches!(kind.search, Starts::Ramp(Weight::Sensor)) { f64::INFINITY } else { MOST };
     let start = Start::of(vec![free.value(0.0)]);
     let points: Vec<Point> =
         onsets_s.iter().map(|onset_s| hypothesis.started(&from, &start, *onset_s)).collect();

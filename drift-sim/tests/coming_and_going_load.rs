@@ -3,13 +3,11 @@
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose};
-use drift_sim::measured_input::{Enters, Input};
 use drift_sim::physics::Term;
-use drift_sim::recording::{Recording, RowState};
 use drift_sim::reference::Reference;
-use drift_sim::simulate::{Start, simulate};
+use drift_sim::simulate::Start;
 
-use crate::random_load::random_load;
+use crate::random_load;
 
 const FLOW: &str = "[loop]\nsample_time_s = 0.5\n[units]\nr = \"m3/h\"\ny = \"m3/h\"\nu = \"%\"\n\
     [controller]\nkind = \"pi\"\nkp = 1.5\nki = 0.1\nu_min = 0.0\nu_max = 100.0\n\
@@ -24,14 +22,9 @@ const LEVEL: f64 = 4.0;
 fn recorded(model: &Loop, spans: &[(f64, f64)], seed: u64) -> Signals {
     let signal = Term::new("injected_signal", &[("level", LEVEL)]).unwrap().within(spans);
     let physics = if spans.is_empty() { Vec::new() } else { vec![signal] };
-    let mut model = Loop { physics, ..model.clone() };
-    model.inputs.push(Input::made(Enters::Load));
-    let loads = random_load(SAMPLES, LOAD, STAYS, seed);
+    let model = Loop { physics, ..model.clone() };
     let r = Reference::random(50.0, 3.0, 900, seed).take_samples(SAMPLES);
-    let trace = simulate(&model, &r, &[loads], seed, Some(&Start::held(50.0, 60.0))).unwrap();
-    let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);
-    let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
-    Signals::new(&recording, &Loop { inputs: Vec::new(), ..model }).unwrap()
+    random_load::recorded(&model, r, (LOAD, STAYS), seed, Some(&Start::held(50.0, 60.0)))
 }
 
 fn diagnosed(spans: &[(f64, f64)]) -> Diagnosis {

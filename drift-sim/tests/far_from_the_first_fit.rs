@@ -3,13 +3,10 @@
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose};
-use drift_sim::measured_input::{Enters, Input};
 use drift_sim::physics::Term;
-use drift_sim::recording::{Recording, RowState};
 use drift_sim::reference::Reference;
-use drift_sim::simulate::simulate;
 
-use crate::random_load::random_load;
+use crate::random_load;
 
 /// Part of a random load that stays from one sample to the next.
 const STAYS: f64 = 0.998;
@@ -30,14 +27,8 @@ impl Left<'_> {
     }
 
     fn recorded(&self, seed: u64) -> Signals {
-        let mut model = Loop { physics: self.physics.clone(), ..self.loop_with(self.plant) };
-        model.inputs.push(Input::made(Enters::Load));
-        let r = (self.r)(seed);
-        let loads = random_load(r.len(), self.load, STAYS, seed);
-        let trace = simulate(&model, &r, &[loads], seed, None).unwrap();
-        let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; r.len()]);
-        let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
-        Signals::new(&recording, &Loop { inputs: Vec::new(), ..model }).unwrap()
+        let model = Loop { physics: self.physics.clone(), ..self.loop_with(self.plant) };
+        random_load::recorded(&model, (self.r)(seed), (self.load, STAYS), seed, None)
     }
 
     /// Against a loop with this plant.

@@ -3,12 +3,9 @@
 use drift_sim::control_loop::Loop;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, diagnose};
-use drift_sim::measured_input::{Enters, Input};
 use drift_sim::physics::Term;
-use drift_sim::recording::{Recording, RowState};
-use drift_sim::simulate::simulate;
 
-use crate::random_load::random_load;
+use crate::random_load;
 
 const ARM: &str = "[loop]\nsample_time_s = 0.002\n[units]\nr = \"rad\"\ny = \"rad\"\nu = \"V\"\nforce = \"N m\"\n\
     [controller]\nkind = \"pid\"\nkp = 40.0\nki = 84.0\nkd = 4.5\nderivative_filter_s = 0.004\nu_min = -1000.0\nu_max = 1000.0\n";
@@ -25,13 +22,8 @@ const STAYS: f64 = 0.9993;
 fn recorded(physics: &[Term], r: &dyn Fn(f64) -> f64, seed: u64) -> Signals {
     let mut model = Loop::parse(&format!("{ARM}{PLANT}"), "loop.toml").unwrap();
     model.physics = physics.to_vec();
-    model.inputs.push(Input::made(Enters::Load));
-    let loads = random_load(SAMPLES, LOAD, STAYS, seed);
     let r: Vec<f64> = (0..SAMPLES).map(|n| r(n as f64 * model.sample_time_s)).collect();
-    let trace = simulate(&model, &r, &[loads], seed, None).unwrap();
-    let (sample_time_s, state) = (model.sample_time_s, vec![RowState::Valid; SAMPLES]);
-    let recording = Recording { sample_time_s, r, y: trace.y, u: trace.u, state, ..Recording::default() };
-    Signals::new(&recording, &Loop { inputs: Vec::new(), ..model }).unwrap()
+    random_load::recorded(&model, r, (LOAD, STAYS), seed, None)
 }
 
 fn diagnosed(physics: &[Term], r: &dyn Fn(f64) -> f64, plant: &str) -> Diagnosis {

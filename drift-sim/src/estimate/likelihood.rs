@@ -8,11 +8,10 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::physics::Motion;
-use crate::simulate::{Simulation, Start};
+use crate::simulate::Start;
 
+use super::begin::start;
 use super::driven::Memory;
 use super::filter_batch;
 use super::gains::{Parts, Piece, Stretch, gains};
@@ -60,8 +59,6 @@ const START_OF_Y: f64 = 0.02;
 const START_OF_DIFFERENCES: f64 = 0.3;
 /// Mean square of the rows below which the loop is exact: simulated without noise.
 const EXACT: f64 = 1e-12;
-/// Samples over which the first u is averaged.
-const FIRST: usize = 5;
 
 impl Data {
     /// These recordings, of which so many samples count.
@@ -107,7 +104,7 @@ impl Data {
     /// What does not count of the recordings, given what does.
     #[must_use]
     pub fn beyond(&self) -> Self {
-        Self { given: self.fitted.clone(), ..self.whole() }.with_swings()
+        Self { given: self.fitted.clone(), ..self.clone() }.whole()
     }
 
     /// The same recordings, all of which counts.
@@ -173,20 +170,18 @@ impl Data {
 
     /// With what swings over the samples that count, once for all hypotheses.
     fn with_swings(self) -> Self {
-        let mut swings: Vec<Option<Swings>> = Vec::new();
-        for (i, signals, counted, _) in self.counted().filter(|(i, ..)| !self.waves.of(*i).is_empty()) {
-            swings.resize_with(i + 1, || None);
-            if let Some(last) = swings.last_mut() {
-                *last = self.waves.over(i, signals, &counted);
-            }
-        }
-        Self { swings: Arc::new(swings), ..self }
+        let each = self.recordings.iter().zip(&self.fitted).enumerate();
+        let swings =
+            each.map(|(i, (signals, fitted))| self.waves.over(i, signals, &(self.given(i)..*fitted)));
+        let swings = Arc::new(swings.collect());
+        Self { swings, ..self }
     }
 
     /// Takes out of a recording's innovations what swings beside the loop.
     fn take_out_swings(&self, recording: usize, innovations: &mut [f64]) {
-        let swings = self.swings.get(recording).and_then(Option::as_ref);
-        swings.inspect(|swings| swings.take_out(innovations));
+        if let Some(Some(swings)) = self.swings.get(recording) {
+            swings.take_out(innovations);
+        }
     }
 
     /// How fast something swings beside their loop.
@@ -214,12 +209,16 @@ impl Data {
         self.healthy_from < self.recordings.len()
     }
 
+    /// Samples at the beginning of a recording that don't count.
+    fn given(&self, recording: usize) -> usize {
+        self.given.get(recording).copied().unwrap_or(0)
+    }
+
     /// Recordings of which something counts: which it is, the samples, and what reached plants under it.
     fn counted(&self) -> impl Iterator<Item = (usize, &Signals, Range<usize>, &Memory)> {
         let each = self.recordings.iter().zip(&self.fitted).zip(self.driven.iter()).enumerate();
-        let given = |i: usize| self.given.get(i).copied().unwrap_or(0);
         each.filter(|(_, ((_, fitted), _))| **fitted > 0)
-            .map(move |(i, ((signals, fitted), memory))| (i, signals, given(i)..*fitted, memory))
+            .map(|(i, ((signals, fitted), memory))| (i, signals, self.given(i)..*fitted, memory))
     }
 
     /// Samples of the longest recording that count.
@@ -456,57 +455,4 @@ pub fn runs(
         Some(run)
     });
     each.collect()
-}
-
-/// Samples that a dead time is looked at for, at most.
-const LONGEST_LOOK: usize = 200;
-
-/// What was in a dead time before the recording: about the first u, or what holds y where it begins, whichever foretells y over the dead time better. A
-/// recording may begin with a step.
-fn held_before(model: &Loop, signals: &Signals, known: &Start, mean: f64) -> f64 {
-    let late = libm::ceil(model.plant.delay_s() / model.sample_time_s) as usize;
-    let Some(rest) = model.plant.u_at_rest(known.y).filter(|_| late > 0) else { return mean };
-    let look = (late + 2).min(LONGEST_LOOK).min(signals.len());
-    let missed = |u: f64| -> Option<f64> {
-        let start = Start { u, state: None, ..known.clone() };
-        let start = Start { state: start.state_for(model).ok(), ..start };
-        let mut simulation = Simulation::with_substeps(model, 0, 1).ok()?;
-        simulation.start(&start).ok()?;
-        let inputs = vec![0.0; signals.inputs.len()];
-        let pairs = signals.u.iter().zip(&signals.y).take(look);
-        let errors =
-            pairs.map(|(u, y)| (simulation.replay_step(*u, &inputs).y, y)).filter(|(_, y)| y.is_finite());
-        Some(errors.map(|(simulated, y)| (simulated - y) * (simulated - y)).sum())
-    };
-    match (missed(mean), missed(rest)) {
-        (Some(of_mean), Some(of_rest)) if of_rest < of_mean => rest,
-        _ => mean,
-    }
-}
-
-/// Where a recording begins: y as measured, the plant near equilibrium under what was held before, which is in the dead time. A law with an
-/// integrator tells what that was (the first u may be the kick of a step); else it is about the first u.
-pub fn start(realised: &Realised, signals: &Signals) -> Start {
-    let model = &realised.model;
-    let first = signals.len().min(FIRST);
-    let y = held(signals.y.get(..first).unwrap_or(&[]));
-    let u = signals.u.get(..first).unwrap_or(&[]);
-    let known = Start::from_recording(model, &signals.r, &y, &signals.u);
-    let u = match &model.controller {
-        Controller::Pi(_) | Controller::Pid(_) => known.u,
-        Controller::PVelocity(_) | Controller::Recorded => {
-            let mean = u.iter().sum::<f64>() / u.len().max(1) as f64;
-            held_before(model, signals, &known, mean)
-        }
-    };
-    // At equilibrium the load that stays, and what was measured of it first, take their part of u.
-    let drive_gain = model.plant.drive_gain();
-    let first = model.inputs.iter().zip(&signals.inputs);
-    let measured = first.map(|(input, values)| {
-        input.load(drive_gain, input.gain.value() * values.first().copied().unwrap_or(0.0))
-    });
-    let load = realised.constant_load + measured.sum::<f64>();
-    let net = Start { u: u - load / drive_gain, state: None, ..known };
-    let state = net.state_for(model).ok();
-    Start { u, state, ..net }
 }

@@ -4,6 +4,7 @@
 
 #[cfg(test)]
 mod all_at_once;
+mod begin;
 mod bounded;
 pub mod directions;
 pub mod driven;

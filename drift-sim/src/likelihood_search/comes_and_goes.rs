@@ -15,7 +15,7 @@ use super::nominal;
 use super::parts::Parts;
 use super::search::without;
 use super::two_levels::{TwoLevels, two_levels};
-use super::{Case, Searched, law, plants, spans};
+use super::{Case, Searched, law, spans};
 
 /// Samples in which steps are looked for.
 const ENOUGH: usize = 5_000;
@@ -47,10 +47,7 @@ pub fn of(case: &Case<'_>, factors: impl IntoIterator<Item = usize>) -> Option<V
     let duration_s = parts.recordings.first().map_or(0.0, Signals::duration_s);
     // In the recording's own samples a load may be lost in what is fast.
     let mut found = factors.into_iter().filter_map(|factor| {
-        let searched = Searched::of(&parts, case.healthy, &model, factor);
-        let Searched { parts, healthy, model, direction } = &searched;
-        let seen = (&parts.recordings[..], &parts.fitted[..]);
-        let plants = plants::likeliest(model, seen, healthy, *direction, case.options);
+        let plants = Searched::of(&parts, case.healthy, &model, factor).plants(case.options);
         let plant = plants.into_iter().next()?.refined()?;
         Some(found_beside(&plant.nominal, &plant.data, case.options.least_gain))
     });

@@ -117,10 +117,12 @@ impl<'a> Judge<'a> {
         let is_told = !(is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings));
         let Options { guessed_gain, unknown_gain, .. } = *self.case.options;
         let is_plant_open = beside.is_guessed && self.case.healthy.is_empty();
-        let least_gain = match is_own_guess && !is_proven && !trial.names_play() {
-            true => unknown_gain,
-            false if is_plant_open => guessed_gain,
-            false => 0.0,
+        let least_gain = if is_own_guess && !is_proven && !trial.names_play() {
+            unknown_gain
+        } else if is_plant_open {
+            guessed_gain
+        } else {
+            0.0
         };
         let is_enough = found.physics.is_empty() || trial.names_what_gains(least_gain);
         let stands = is_shown

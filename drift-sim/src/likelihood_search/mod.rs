@@ -123,6 +123,12 @@ impl Searched {
             direction: plants::direction(if healthy.is_empty() { &parts.recordings } else { healthy }),
         }
     }
+
+    /// The stated plant's fit, or those of the likeliest plants.
+    fn plants(&self, options: &Options) -> Vec<Identified> {
+        let seen = (&self.parts.recordings[..], &self.parts.fitted[..]);
+        plants::likeliest(&self.model, seen, &self.healthy, self.direction, options)
+    }
 }
 
 impl Case<'_> {
@@ -234,7 +240,7 @@ impl Case<'_> {
 
     /// The search: the plant with its numbers, and what is named beside it.
     fn searched(&self, searched: &Searched, beside: &Beside) -> Option<(Identified, Found)> {
-        let Searched { parts, healthy, model, direction } = searched;
+        let Searched { parts, healthy, model, .. } = searched;
         let options = self.options;
         stage::begins("the plant's own numbers", 0);
         if let Beside::StickingMotor { than } = *beside {
@@ -246,8 +252,7 @@ impl Case<'_> {
             let result = search.beside(found.nominal.clone(), with, None);
             return Some((found, result));
         }
-        let seen = (&parts.recordings[..], &parts.fitted[..]);
-        let plants = plants::likeliest(model, seen, healthy, *direction, options);
+        let plants = searched.plants(options);
         let is_guessed = plants.first()?.is_guessed;
         let is_plant_open = is_guessed && healthy.is_empty();
         let step = coarse_step(&parts.recordings, healthy, is_guessed);
@@ -269,6 +274,7 @@ impl Case<'_> {
             let found = plants.into_iter().next()?.refined()?;
             return self.searched_beside((terms, *is_likeliest), found, parts, options);
         }
+        let seen = (&parts.recordings[..], &parts.fitted[..]);
         let plants = plants::with_actuators(plants, model, seen.0, seen.1, (is_plant_open, options));
         let (found, first) = likeliest_with_physics(plants, options)?;
         let (found, first) = if is_plant_open {

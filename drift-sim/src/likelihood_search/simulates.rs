@@ -201,12 +201,12 @@ impl Trial<'_> {
         if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || (is_louder && self.has_healthy) {
             return true;
         }
-        let is_any_strong = named.iter().any(is_strong);
+        let is_any_strong = self.names_what_gains(STRONG);
         let is_closer = after.error() < CLOSER * before.error() && is_any_strong;
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
         // Noise leads what integrates anywhere, and something strong is named on it; what keeps its level follows u, or only what is beyond doubt is.
         let is_led = named.is_empty() || (is_any_strong && !self.found.improved.plant.keeps_its_level());
-        let is_certain = named.iter().any(|named| named.train_gain > CERTAIN);
+        let is_certain = self.names_what_gains(CERTAIN);
         // What healthy recordings tell of a plant is not judged by how noise leads it; and a louder sensor foretells nothing of y: no simulation follows
         // the better for it.
         let is_known = is_louder || (self.has_healthy && is_any_strong);

@@ -13,8 +13,9 @@ mode, drift, inner, place = sys.argv[1], sys.argv[2], sys.argv[3], pathlib.Path(
 rows, rounds = int(sys.argv[5]), int(sys.argv[6])
 LOOP = "examples/loops/paper.toml"
 RECORDED = pathlib.Path(".ci/rivals.json")
-# A loss of more than this is refused on a processor whose ratios are recorded.
-ALLOWED = 1.10
+# A loss of more than this is refused on a processor whose ratios are recorded. From one build to the next the same loop lies elsewhere in the program:
+# reading CSV took 1.13 times as long on one processor and as long as before on another, for 0.9 % more instructions (callgrind).
+ALLOWED = 1.25
 # On another one each row is held against its greatest ratio on any of those: from one processor to the next ratios differ by more than a loss would be.
 ALLOWED_ELSEWHERE = 1.50
 # What each loop is to take, in times what another program of its table does: the goal that was set, over that program's time on the machine where it was set.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex;
 
 use crate::estimate::signals::Signals;
-use crate::plant::{Plant, StateSpace};
+use crate::plant::{Plant, StateSpace, TransferFunction};
 
 /// Means of one, two, four samples and so on are tried, so many of them, as long as a recording has so many means.
 const MEANS: u32 = 8;
@@ -21,7 +21,7 @@ pub fn plants(of: &[Signals]) -> Vec<Plant> {
     let longest = of.iter().map(Signals::len).max().unwrap_or(0);
     let factors = (0..MEANS).map(|i| 1 << i).take_while(|factor| longest / factor >= LEAST);
     let means = |factor| of.iter().map(|signals| in_means(signals, factor)).collect::<Vec<_>>();
-    factors.filter_map(|factor| regressed(&means(factor))?.plant()).collect()
+    factors.filter_map(|factor| regressed(&means(factor))).flat_map(|found| found.plants()).collect()
 }
 
 /// y and u in means over the same samples: what u does in them shows in y's.
@@ -41,6 +41,8 @@ struct Regression {
     sample_time_s: f64,
     a: [f64; 2],
     b: [f64; 3],
+    /// u at y = 0 and at rest, with its sign turned:
+    offset: f64,
 }
 
 /// Regressors, the constant among them.
@@ -76,16 +78,27 @@ fn regressed(of: &[Signals]) -> Option<Regression> {
     let found = factor.solve(&along);
     let gain = y_size / u_size;
     let number = |i: usize| found.get(i).copied().filter(|value| value.is_finite());
+    let (a, b) = ([number(0)?, number(1)?], [number(2)?, number(3)?, number(4)?]);
+    // In deviations of y and u: y (1 - a0 - a1) = (b0 + b1 + b2) u + a constant.
+    let (static_y, static_u) = (1.0 - a.iter().sum::<f64>(), b.iter().sum::<f64>());
+    let u_of_mean = (static_y * (0.0 - y_mean / y_size) - number(5)?) / static_u;
     Some(Regression {
         sample_time_s: of.first()?.sample_time_s,
-        a: [number(0)?, number(1)?],
-        b: [gain * number(2)?, gain * number(3)?, gain * number(4)?],
+        a,
+        b: b.map(|b| gain * b),
+        offset: -(u_mean + u_size * u_of_mean),
     })
 }
 
 impl Regression {
     /// The same in continuous time: `(fast s + slow) / (s^2 + damping s + stiffness)`, of which poles, static gain and the answer to fast motion are those of the regression.
-    fn plant(&self) -> Option<Plant> {
+    fn plants(&self) -> Vec<Plant> {
+        let Some([damping, stiffness, fast, slow]) = self.numbers() else { return Vec::new() };
+        let swings = state_space(damping, stiffness, fast, slow);
+        swings.into_iter().chain(transfer_function(damping, stiffness, fast, slow, self.offset)).collect()
+    }
+
+    fn numbers(&self) -> Option<[f64; 4]> {
         let ts = self.sample_time_s;
         let (sum, product) = (self.a[0], -self.a[1]);
         let apart = 0.25 * sum * sum - product;
@@ -109,7 +122,7 @@ impl Regression {
         let rate = FAST / ts;
         let denominator = Complex::new(stiffness - rate * rate, damping * rate);
         let fast = (answer(FAST) * denominator).im / rate;
-        state_space(damping, stiffness, fast, slow)
+        Some([damping, stiffness, fast, slow])
     }
 }
 
@@ -126,6 +139,15 @@ fn state_space(damping: f64, stiffness: f64, fast: f64, slow: f64) -> Option<Pla
     };
     let is_finite = plant.a.iter().flatten().chain([&fast]).all(|value| value.is_finite() && *value != 0.0);
     is_finite.then_some(Plant::StateSpace(plant))
+}
+
+/// The plant that a vessel behind a line is: its zero is no unstable one.
+fn transfer_function(damping: f64, stiffness: f64, fast: f64, slow: f64, offset: f64) -> Option<Plant> {
+    let num = vec![fast / stiffness, slow / stiffness];
+    let den = vec![1.0 / stiffness, damping / stiffness, 1.0];
+    let is_finite = num.iter().chain(&den).chain([&offset]).all(|value| value.is_finite());
+    let plant = TransferFunction { num, den, delay_s: 0.0, offset };
+    (is_finite && slow * fast > 0.0).then_some(Plant::TransferFunction(plant))
 }
 
 #[cfg(test)]

@@ -11,8 +11,8 @@ use crate::estimate::hypothesis::{Hypothesis, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure;
 use crate::estimate::signals::Signals;
-use crate::physics::{Kind, Scales, Term};
-use crate::plant::{FirstOrder, Output, Plant, Servo, StateSpace, TransferFunction};
+use crate::physics::{Kind, Term};
+use crate::plant::{Plant, StateSpace, TransferFunction};
 use crate::simulate::actuated;
 
 use super::actuators;
@@ -21,6 +21,7 @@ use super::nominal;
 use super::options::Options;
 use super::units;
 use super::wave_in_u;
+use structures::{HAS_ZERO, STRUCTURES, SWINGS, in_units_of_drive, is_level, structures};
 
 /// A plant with its nominal fit, on the recordings as they are used.
 pub struct Identified {
@@ -66,10 +67,6 @@ fn cost(fit: &Fit) -> f64 {
 /// motor's dry friction costs a tenth of its error, say.
 const KEPT: usize = 3;
 const BEHIND: f64 = 0.1;
-/// Time constants tried for each structure, from this many samples to this part of the recording.
-const TIMES: usize = 8;
-const SHORTEST_SAMPLES: f64 = 3.0;
-const LONGEST_PART: f64 = 1.0 / 12.0;
 /// Steps of a fit from each, and more of the best of each structure.
 const STEPS: usize = 4;
 const MORE_STEPS: usize = 15;
@@ -287,6 +284,7 @@ impl Identification<'_> {
             let mut found = super::conclude::as_file(&realised.model, realised.constant_load);
             // A load that stays is free in every fit.
             found.physics.truncate(self.model.physics.len());
+            found.plant = in_units_of_drive(found.plant);
             let units = units::beside(&found.plant, &found.units);
             let sample_time_s = self.model.sample_time_s;
             loops.push((Loop { sensor: self.model.sensor, units, sample_time_s, ..found }, term));
@@ -304,10 +302,14 @@ impl Identification<'_> {
         let signs = [1.0, -1.0].into_iter().filter(|sign| self.direction * sign >= 0.0).collect::<Vec<_>>();
         let plants = structures(&measure::scales(model, of), of, &signs).into_iter().enumerate();
         let plants = plants.map(|(i, plant)| (i % STRUCTURES, plant));
-        let regressed = equation_error::plants(self.of).into_iter().map(|plant| (TWO_POLES, plant));
+        let regressed = equation_error::plants(self.of).into_iter().map(|plant| match plant {
+            Plant::StateSpace(_) => (SWINGS, plant),
+            _ => (HAS_ZERO, plant),
+        });
         let begun = plants.chain(regressed).collect::<Vec<_>>().into_par_iter();
         begun
             .filter(|(_, plant)| units::suit(&model.units, plant))
+            .filter(|(_, plant)| !matches!(plant, Plant::Tank(_)) || is_level(of))
             .filter(|(_, plant)| self.beside.is_none_or(|term| (term.kind.applies)(plant)))
             .filter_map(|(structure, plant)| Some((structure, coarser.fitted(plant, STEPS)?)))
             .collect()
@@ -329,15 +331,28 @@ impl Identification<'_> {
     }
 }
 
-/// Whether a plant that may swing does not, and has a mode slower than the recording: a load that drifts, in the guise of a plant.
+/// Whether a plant with two poles and a zero does not swing, and has a mode slower than the recording: a load that drifts, in the guise of a plant.
 fn drifts(fit: &Fit) -> bool {
     let Some(realised) = fit.hypothesis.realise(&fit.point) else { return true };
-    let Plant::StateSpace(StateSpace { a, .. }) = &realised.model.plant else { return false };
-    let [first, second] = a.as_slice() else { return false };
-    let ([p, q], [r, s]) = (first.as_slice(), second.as_slice()) else { return false };
-    let (middle, determinant) = (0.5 * (p + s), p * s - q * r);
+    let Some((middle, determinant)) = two_poles(&realised.model.plant) else { return false };
     let apart = middle * middle - determinant;
     apart >= 0.0 && (middle + libm::sqrt(apart)) * fit.hypothesis.scales.duration_s > -1.0
+}
+
+/// The mean and the product of the two poles of a plant that has a zero, too.
+fn two_poles(plant: &Plant) -> Option<(f64, f64)> {
+    match plant {
+        Plant::StateSpace(StateSpace { a, .. }) => {
+            let [first, second] = a.as_slice() else { return None };
+            let ([p, q], [r, s]) = (first.as_slice(), second.as_slice()) else { return None };
+            Some((0.5 * (p + s), p * s - q * r))
+        }
+        Plant::TransferFunction(TransferFunction { num, den, .. }) => {
+            let ([_, _], [a, b, c]) = (num.as_slice(), den.as_slice()) else { return None };
+            Some((-0.5 * b / a, c / a))
+        }
+        _ => None,
+    }
 }
 
 /// Part of u's changes that the law's answer to the error, or to its changes, makes at least, for its sign to be known.
@@ -369,80 +384,6 @@ pub fn direction(recordings: &[Signals]) -> f64 {
     if sign(to_change) * sign(to_error) < 0.0 { 0.0 } else { sign(to_change) }
 }
 
-/// Structures that are tried; the last has two poles, which may swing.
-const STRUCTURES: usize = 6;
-const TWO_POLES: usize = STRUCTURES - 1;
-
-/// Factor by which two gains differ that are both tried.
-const OTHER_GAIN: f64 = 3.0;
-
-/// Plants of each structure over their time constants and the gains at each, structure by structure in turn.
-fn structures(scales: &Scales, of: &[Signals], signs: &[f64]) -> Vec<Plant> {
-    let ts = scales.sample_time_s;
-    let shortest = SHORTEST_SAMPLES * ts;
-    let longest = (LONGEST_PART * scales.duration_s).max(2.0 * shortest);
-    let ratio = longest / shortest;
-    let times = (0..TIMES).map(|i| shortest * libm::pow(ratio, i as f64 / (TIMES - 1) as f64));
-    let gains = |time: f64| {
-        let of_sizes = scales.y / scales.u;
-        let of_changes = gain_of_changes(of, (time / ts) as usize, scales.noise);
-        let is_other = |gain: &f64| (gain / of_sizes).max(of_sizes / gain) > OTHER_GAIN;
-        std::iter::once(of_sizes).chain(of_changes.filter(is_other))
-    };
-    let each = times.flat_map(|time| gains(time).map(move |gain| (time, gain)));
-    let signed = each.flat_map(|(time, gain)| signs.iter().map(move |sign| (time, sign * gain)));
-    signed.flat_map(|(time, gain)| of_time(scales, time, gain)).collect()
-}
-
-/// Changes of y over so many samples, less the noise's, over those of u. The sizes of y and u tell no gain where u makes up for a load and y stays.
-fn gain_of_changes(of: &[Signals], lag: usize, noise: f64) -> Option<f64> {
-    let (mut of_y, mut of_u, mut count) = (0.0, 0.0, 0.0_f64);
-    for signals in of {
-        let later = signals.y.iter().zip(&signals.u).skip(lag);
-        for ((y, u), (later_y, later_u)) in signals.y.iter().zip(&signals.u).zip(later) {
-            let (y, u) = (later_y - y, later_u - u);
-            if y.is_finite() {
-                of_y += y * y;
-                of_u += u * u;
-                count += 1.0;
-            }
-        }
-    }
-    let gain = libm::sqrt((of_y - 2.0 * noise * noise * count).max(0.0) / of_u);
-    (gain.is_finite() && gain > 0.0).then_some(gain)
-}
-
-/// One plant of each structure.
-fn of_time(scales: &Scales, time: f64, gain: f64) -> [Plant; STRUCTURES] {
-    let ts = scales.sample_time_s;
-    let transfer = |num: f64, den: Vec<f64>, offset: f64| {
-        Plant::TransferFunction(TransferFunction { num: vec![num], den, delay_s: 0.25 * ts, offset })
-    };
-    // The sign of a servo is its actuator's: mass and friction are positive.
-    let viscous = scales.u * time / scales.y;
-    let servo = |output, inertia, viscous| {
-        Plant::Servo(Servo { output, inertia, viscous, actuator_gain: libm::copysign(1.0, gain) })
-    };
-    let rate = std::f64::consts::TAU / (4.0 * time);
-    [
-        Plant::FirstOrder(FirstOrder {
-            gain,
-            time_constant_s: time,
-            delay_s: (0.1 * time).max(ts),
-            offset: scales.y_mean - gain * scales.u_mean,
-        }),
-        transfer(gain, vec![0.3 * time * time, 1.3 * time, 1.0], scales.y_mean / gain - scales.u_mean),
-        transfer(gain / time, vec![1.0, 0.0], 0.0),
-        servo(Output::Position, viscous * time, viscous),
-        servo(Output::Speed, time / gain.abs(), 1.0 / gain.abs()),
-        Plant::StateSpace(StateSpace {
-            a: vec![vec![-0.1 * rate, rate], vec![-rate, -0.1001 * rate]],
-            b: vec![rate * gain, 0.0],
-            c: vec![1.0, 0.0],
-            d: 0.0,
-        }),
-    ]
-}
-
+mod structures;
 #[cfg(test)]
 mod tests;

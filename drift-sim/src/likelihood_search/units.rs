@@ -34,15 +34,19 @@ pub fn is_known(unit: &str) -> bool {
     lists.iter().any(|list| list.contains(&lower.as_str()))
 }
 
-/// Whether a plant's y may have the loop's unit; true where the unit says nothing.
+/// Whether a plant's y may have the loop's unit; true where the unit says nothing, but of a tank, which few loops are.
 pub fn suit(units: &Units, plant: &Plant) -> bool {
-    let Some(y) = units.y.as_deref().map(str::trim) else { return true };
+    let is_tank = matches!(plant, Plant::Tank(_));
+    let Some(y) = units.y.as_deref().map(str::trim) else { return !is_tank };
     let output = match plant {
         Plant::Servo(servo) => Some(servo.output),
         _ => None,
     };
     let lower = y.to_lowercase();
     let is_of = |list: &[&str]| list.contains(&lower.as_str());
+    if is_tank {
+        return may_fill(units) && (is_of(&OF_LEVELS) || matches!(lower.as_str(), "%" | "l"));
+    }
     if is_of(&OF_LEVELS) && may_fill(units) {
         output != Some(Output::Speed)
     } else if is_of(&OF_POSITIONS) {
@@ -56,10 +60,10 @@ pub fn suit(units: &Units, plant: &Plant) -> bool {
     }
 }
 
-/// The units beside an unknown plant: nothing tells the gain of a servo's actuator, so that its force counts as the drive that makes it.
+/// The units beside an unknown plant: nothing tells the gain of a servo's actuator, or of what fills a tank, so that force and flow count as the drive that makes them.
 pub fn beside(plant: &Plant, units: &Units) -> Units {
     match plant {
-        Plant::Servo(_) => Units { force: units.u.clone(), ..units.clone() },
+        Plant::Servo(_) | Plant::Tank(_) => Units { force: units.u.clone(), ..units.clone() },
         _ => units.clone(),
     }
 }

@@ -1,13 +1,17 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::{direction, gain_of_changes, likeliest};
+use super::structures::gain_of_changes;
+use super::{direction, likeliest};
 use crate::control_loop::Loop;
 use crate::estimate::first_look::coarser;
 use crate::estimate::level::gain_at_rest;
 use crate::estimate::signals::Signals;
 use crate::likelihood_search::options::Options;
 use crate::likelihood_search::simulates::sequence;
+use crate::plant::{Plant, Tank, TransferFunction};
+use crate::reference::Reference;
+use crate::simulate::simulate;
 
 /// u makes up for a load that grows and moves y to and fro: the gain is that of the motion, twice too small by the deviations.
 #[test]
@@ -90,4 +94,44 @@ fn the_means_of_many_samples_lose_the_sign() {
     let own = [signals];
     assert_eq!(direction(&own), 1.0);
     assert_eq!(direction(&coarser(&own, 27)), 0.0);
+}
+
+/// The likeliest plant of a loop over random levels, where neither law nor plant is known.
+fn identified(truth: &str, units: &str, (mean, sd): (f64, f64), samples: usize) -> Plant {
+    let truth = Loop::parse(&format!("{truth}{units}"), "truth.toml").unwrap();
+    let r = Reference::random(mean, sd, samples as u64 / 12, 3).take_samples(samples);
+    let trace = simulate(&truth, &r, &[], 3, None).unwrap();
+    let open = "[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n";
+    let open = format!("[loop]\nsample_time_s = {}\n{open}{units}", truth.sample_time_s);
+    let sample_time_s = truth.sample_time_s;
+    let of = [Signals { r, y: trace.y, u: trace.u, sample_time_s, ..Signals::default() }];
+    let open = Loop::parse(&open, "open.toml").unwrap();
+    let found = likeliest(&open, (&of, &[samples]), &[], direction(&of), &Options::default());
+    let best = found.into_iter().next().and_then(|plant| plant.refined()).unwrap().nominal;
+    best.hypothesis.realise(&best.point).unwrap().model.plant
+}
+
+/// Two real poles with a zero between them, which no plant that may swing has.
+#[test]
+fn a_vessel_behind_a_line_has_a_zero() {
+    let truth = "[loop]\nsample_time_s = 0.25\n[controller]\nkind = \"pi\"\nkp = 8.0\nki = 0.4\n[plant]\nkind = \"transfer-function\"\n\
+        num = [0.75, 0.077]\nden = [40.0, 24.4, 1.0]\noffset = 1.0\n[sensor]\nnoise = 0.0008\n";
+    let units = "[units]\ny = \"bar\"\nu = \"%\"\n";
+    let plant = identified(truth, units, (4.0, 1.0), 6_000);
+    let Plant::TransferFunction(TransferFunction { num, den, .. }) = &plant else { panic!("{plant:?}") };
+    for (found, truth) in [(num[0], 0.75), (num[1], 0.077), (den[0], 40.0), (den[1], 24.4)] {
+        assert!((found / truth - 1.0).abs() < 0.1, "{plant:?}");
+    }
+}
+
+/// What fills it counts as one; so it is told by how fast it fills and by the level at which u holds it.
+#[test]
+fn a_tank_that_drains_by_its_own_head_is_one() {
+    let truth = "[loop]\nsample_time_s = 0.5\n[controller]\nkind = \"pi\"\nkp = 60.0\nki = 2.3\nu_min = 0.0\nu_max = 150.0\n[plant]\nkind = \"tank\"\n\
+        area = 18.0\ninflow_gain = 0.03\noutflow = 1.5\n[sensor]\nnoise = 0.002\n";
+    let units = "[units]\ny = \"m\"\nu = \"%\"\n";
+    let plant = identified(truth, units, (1.5, 0.3), 4_000);
+    let Plant::Tank(Tank { area, inflow_gain, outflow }) = plant else { panic!("{plant:?}") };
+    assert!((area / inflow_gain / (18.0 / 0.03) - 1.0).abs() < 0.05, "{plant:?}");
+    assert!((outflow / inflow_gain / (1.5 / 0.03) - 1.0).abs() < 0.05, "{plant:?}");
 }

@@ -17,6 +17,7 @@ use crate::estimate::inner_product::dot;
 use crate::estimate::likelihood::Data;
 use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
+use crate::estimate::waves::Swings;
 use crate::measured_input::{Enters, Input};
 use crate::physics::{Family, Place, Starts};
 use crate::simulate::{self, Start, Trace};
@@ -94,10 +95,11 @@ impl Trial<'_> {
             return !self.is_guessed;
         };
         let beyond_noise = LazyCell::new(|| self.beyond_noise().unwrap_or(f64::INFINITY));
-        let as_noise_has_it = || *beyond_noise < MOST_WORSE;
+        let is_led = LazyCell::new(|| self.is_led_by_the_load());
+        let as_noise_has_it = || *beyond_noise < MOST_WORSE || *is_led;
         self.follows(before, after, as_noise_has_it)
             && self.is_no_worse(before, after, as_noise_has_it)
-            && self.explains(before, after, || *beyond_noise)
+            && (self.explains(before, after, || *beyond_noise) || *is_led)
     }
 
     /// Whether the named terms explain most of what the loop without them misses of what nothing has seen, beyond its sensor's noise.
@@ -237,9 +239,22 @@ impl Trial<'_> {
         if !is_open || found.improved.plant.keeps_its_level() || found.physics.iter().any(is_play) {
             return false;
         }
-        let missed_by = |model: &Loop| missed(model, shown, self.load_sd()?);
+        let missed_by = |model: &Loop| missed(model, shown, self.load_sd()?, self.swings().as_ref());
         let (before, after) = (missed_by(&found.refitted), missed_by(self.model));
         before.zip(after).is_some_and(|(before, after)| after < MOST_WORSE * before)
+    }
+
+    /// Whether play or sticking is named beyond doubt on a plant that the slow load leads anywhere, and leads it no farther: no simulation from u shows it there, nor speaks against it.
+    fn is_led_by_the_load(&self) -> bool {
+        let is_strong = |named: &Named| is_play(named) && named.train_gain > STRONG;
+        let (found, shown) = (self.found, self.shown);
+        let is_open = found.improved.controller == Controller::Recorded;
+        let keeps = found.improved.plant.keeps_its_level_over(self.seen.duration_s());
+        if !is_open || keeps || !found.physics.iter().any(is_strong) {
+            return false;
+        }
+        let missed_by = |model: &Loop| missed(model, shown, self.load_sd()?, self.swings().as_ref());
+        missed_by(&found.refitted).zip(missed_by(self.model)).is_some_and(|(before, after)| after <= before)
     }
 
     /// Deviation of the random load.
@@ -270,10 +285,12 @@ impl Trial<'_> {
     fn beyond_noise(&self) -> Option<f64> {
         let model = self.model;
         let (noise, load) = (self.fit.hypothesis.realise(&self.fit.point)?.noise, self.load_sd()?);
-        let missed_of_drawn = |seed| missed(model, &self.drawn(model, &noise, seed)?, load);
+        let swings = self.swings();
+        let missed_in = |signals: &Signals| missed(model, signals, load, swings.as_ref());
+        let missed_of_drawn = |seed| missed_in(&self.drawn(model, &noise, seed)?);
         let drawn: Option<Vec<f64>> = (0..DRAWN).map(missed_of_drawn).collect();
         let mean = drawn?.iter().sum::<f64>() / DRAWN as f64;
-        Some(missed(model, self.shown, load)? / mean.max(1e-300))
+        Some(missed_in(self.shown)? / mean.max(1e-300))
     }
 
     /// A recording of a loop under the same reference (under the same u, where the law is unknown), with load and sensor noise of the fit's size.
@@ -309,6 +326,13 @@ impl Trial<'_> {
         let u = if noisy.controller == Controller::Recorded { signals.u.clone() } else { u };
         Some(Signals { y, u, ..signals.clone() })
     }
+
+    /// What swings beside the loop, at all frequencies that any recording has: in what is drawn nothing does.
+    fn swings(&self) -> Option<Swings> {
+        let hz = self.data.waves().hz.concat();
+        let shown = self.shown;
+        (!hz.is_empty()).then(|| Swings::over(&hz, shown.sample_time_s, &vec![true; shown.len()]))
+    }
 }
 
 /// A first-order autoregression of this deviation.
@@ -333,19 +357,14 @@ fn grown(mut sensor: Vec<f64>, noise: &Noise, signals: &Signals) -> Vec<f64> {
 }
 
 /// By how much a simulation misses u (y under an unknown law), in its own unit: how far noise leads a loop does not follow from how far it moves. What a load
-/// that stays makes of it does not count: under a random load nothing tells its size for sure, and behind an integrator it leads anywhere.
-fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
+/// that stays makes of it does not count: under a random load nothing tells its size for sure, and behind an integrator it leads anywhere. Nor does what swings beside the loop.
+fn missed(model: &Loop, signals: &Signals, load: f64, swings: Option<&Swings>) -> Option<f64> {
     let missed_under = |load: f64| {
-        let mut model = model.clone();
-        model.inputs.push(Input::made(Enters::Load));
-        let mut inputs = signals.inputs.clone();
-        inputs.push(vec![load; signals.len()]);
-        let trace = quiet_run(&model, &Signals { inputs, ..signals.clone() })?;
-        let is_open = model.controller == Controller::Recorded;
-        let (measured, simulated) = if is_open { (&signals.y, &trace.y) } else { (&signals.u, &trace.u) };
-        let differences =
-            measured.iter().zip(simulated).map(|(a, b)| if a.is_finite() { a - b } else { 0.0 });
-        Some(differences.collect::<Vec<f64>>())
+        let mut missed = differences(model, signals, load)?;
+        if let Some(swings) = swings {
+            swings.take_out(&mut missed);
+        }
+        Some(missed)
     };
     let missed = missed_under(0.0)?;
     let taken = missed_under(load).map_or(0.0, |under| {
@@ -354,6 +373,19 @@ fn missed(model: &Loop, signals: &Signals, load: f64) -> Option<f64> {
         along * along / dot(&answer, &answer).max(1e-300)
     });
     Some(libm::sqrt((dot(&missed, &missed) - taken).max(0.0) / missed.len().max(1) as f64))
+}
+
+/// What a simulation under this load misses of u, or of y under an unknown law.
+fn differences(model: &Loop, signals: &Signals, load: f64) -> Option<Vec<f64>> {
+    let mut model = model.clone();
+    model.inputs.push(Input::made(Enters::Load));
+    let mut inputs = signals.inputs.clone();
+    inputs.push(vec![load; signals.len()]);
+    let trace = quiet_run(&model, &Signals { inputs, ..signals.clone() })?;
+    let is_open = model.controller == Controller::Recorded;
+    let (measured, simulated) = if is_open { (&signals.y, &trace.y) } else { (&signals.u, &trace.u) };
+    let each = measured.iter().zip(simulated);
+    Some(each.map(|(a, b)| if a.is_finite() { a - b } else { 0.0 }).collect())
 }
 
 fn is_play(named: &Named) -> bool {

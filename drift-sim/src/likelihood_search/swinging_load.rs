@@ -33,6 +33,9 @@ const APART: usize = 2;
 /// Part of the reference's squares that lie about a frequency, or about a half or a third of it, from which on a line there is the reference's.
 const REFERENCE: f64 = 0.05;
 const HARMONICS: usize = 3;
+/// How many times more a line promises than all others where the reference moves half as much and more, for it not to be the reference's all the same: a chirp's move at
+/// each frequency, and what a model lacks shows at each.
+const STANDS_OUT: f64 = 5.0;
 /// Logarithms of the samples that a wave costs: one for its frequency, which is the best of so many, and a half each for its size and its phase.
 const CHOICES: f64 = 2.0;
 /// Steps of the fit of a load that is one wave in all recordings.
@@ -197,7 +200,10 @@ impl<'a> Lines<'a> {
         let promises = self.promises_beside(known)?;
         let samples = self.missed.len();
         let most = REFERENCE * self.reference.iter().sum::<f64>();
-        let is_no_reference = |at: &usize| (1..=HARMONICS).all(|of| self.reference_about(at / of) <= most);
+        let is_no_reference = |at: &usize| {
+            (1..=HARMONICS)
+                .all(|of| self.reference_about(at / of) <= most || self.stands_out(&promises, *at, of))
+        };
         let is_new = |at: &usize| known.iter().all(|hz| self.place(*hz).abs_diff(*at) > APART * FINER);
         let low = self.spectrum.place(LEAST_PERIODS / samples as f64).max(1);
         let high = self.spectrum.place(1.0 / LEAST_SAMPLES).min(promises.len());
@@ -231,6 +237,17 @@ impl<'a> Lines<'a> {
         self.spectrum.per_sample(at as f64 + shift.clamp(-0.5, 0.5)) / self.sample_time_s
     }
 
+    /// Whether a line promises much more than any other whose part of the reference, `1/of` of its frequency, is half as much at least. Of a reference that moves nowhere else
+    /// nothing can be told.
+    fn stands_out(&self, promises: &[f64], at: usize, of: usize) -> bool {
+        let least = 0.5 * self.reference_about(at / of);
+        let is_apart = |other: &usize| other.abs_diff(at) > 2 * APART * FINER;
+        let alike =
+            (at / 2..2 * at).filter(is_apart).filter(|other| self.reference_about(other / of) >= least);
+        let most = highest(promises, alike);
+        most.is_some_and(|(_, most)| promises.get(at).is_some_and(|promise| *promise > STANDS_OUT * most))
+    }
+
     fn place(&self, hz: f64) -> usize {
         self.spectrum.place(hz * self.sample_time_s)
     }
@@ -259,4 +276,43 @@ fn price(fit: &Fit, waves: &Waves, data: &Data) -> f64 {
     };
     let choices: f64 = data.recordings.iter().zip(&data.fitted).enumerate().map(of_recording).sum();
     0.5 * priced(fit) + choices
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const SAMPLES: usize = 8_000;
+    const HZ: f64 = 0.01;
+
+    /// A sweep over ten periods about the wave.
+    fn sweep(n: usize) -> f64 {
+        let part = n as f64 / SAMPLES as f64;
+        libm::sin(TAU * n as f64 * (0.0094 + 0.0006 * part))
+    }
+
+    fn wave(n: usize) -> f64 {
+        libm::sin(TAU * HZ * n as f64 + 0.4)
+    }
+
+    /// The strongest line in what was missed that is none of this reference, in noise of a known sequence.
+    fn line(missed: impl Fn(usize) -> f64, r: fn(usize) -> f64) -> Option<f64> {
+        let noise = |n: usize| ((n * n) as f64 * 0.618_033_988_7).fract() - 0.5;
+        let missed: Vec<f64> = (0..SAMPLES).map(|n| missed(n) + noise(n)).collect();
+        let r = (0..SAMPLES).map(r).collect();
+        let signals = Signals { r, y: vec![0.0; SAMPLES], sample_time_s: 1.0, ..Signals::default() };
+        Lines::of(&missed, &signals)?.strongest_beside(&[])
+    }
+
+    /// What a model lacks shows wherever its reference moves: a wave at one place of all that a sweep passes is none of it, and of a reference that is a wave itself nothing is told.
+    #[test]
+    fn a_wave_is_told_from_a_sweep_and_not_from_a_reference_that_is_a_wave() {
+        let is_there = |found: Option<f64>| found.is_some_and(|hz| (hz - HZ).abs() < 1.0 / SAMPLES as f64);
+        let of_wave = |r| is_there(line(|n| 0.3 * wave(n), r));
+        assert!(of_wave(|_| 1.0));
+        assert!(of_wave(sweep));
+        assert!(!of_wave(wave));
+    }
 }

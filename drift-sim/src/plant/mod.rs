@@ -96,6 +96,14 @@ impl Plant {
         }
     }
 
+    /// The same within so long: a lag that is longer integrates.
+    pub fn keeps_its_level_over(&self, duration_s: f64) -> bool {
+        match self {
+            Self::FirstOrder(p) => p.time_constant_s < duration_s,
+            plant => plant.keeps_its_level(),
+        }
+    }
+
     /// The plant's own dead time, in seconds.
     pub fn delay_s(&self) -> f64 {
         match self {

@@ -17,6 +17,7 @@ mod climb;
 mod comes_and_goes;
 pub(crate) mod conclude;
 pub(crate) mod decide;
+mod early_moves;
 mod equal_onsets;
 mod equation_error;
 mod excitation;

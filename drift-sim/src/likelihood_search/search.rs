@@ -8,6 +8,7 @@ use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::all_samples;
 use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
+use super::early_moves::gained_again;
 use super::glance::Round;
 use super::guarantee::decide_surely;
 use super::nominal;
@@ -300,11 +301,14 @@ impl Search<'_> {
                     without(&best, index, self.data)
                 };
                 let Some(without) = without else { continue };
-                let unseen = gained(&best, &without, self.data);
+                let mut unseen = gained(&best, &without, self.data);
                 let (mut pays, mut among) = (true, 0);
                 if let Some(choice) = found.named.get_mut(index) {
-                    choice.unseen = unseen;
                     among = choice.among;
+                    if !unseen.is_some_and(|unseen| unseen.is_sure_among(among)) {
+                        unseen = gained_again(&best, &without, self.data).or(unseen);
+                    }
+                    choice.unseen = unseen;
                     if best.hypothesis.candidates().len() > 1 {
                         choice.gain =
                             0.5 * independent_share(&best) * (without.objective() - best.objective())

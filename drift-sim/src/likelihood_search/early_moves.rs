@@ -1,0 +1,79 @@
+//! A proof where the reference moves early: what a fit has not seen of a loop that then holds proves nothing. There both fits are made again without some of what they have seen, and
+//! foretell that as well. The kind itself was chosen with it, which the proof has to make up for.
+
+use crate::estimate::fit::Fit;
+use crate::estimate::likelihood::Data;
+use crate::estimate::signals::Signals;
+use crate::physics::KINDS;
+
+use super::prove::{Gained, gained};
+use super::rivals::stuck;
+
+/// Part of the reference's way that must lie in what proves, for that to prove anything.
+const LEAST_WAY: f64 = 0.2;
+/// Part of a recording that a fit has not seen, at least, where it is to prove anything.
+const LEAST_UNSEEN: f64 = 0.1;
+/// Parts of what a fit has seen that it may still see then; of the first recording half, for a fit is made of something.
+const STILL_SEEN: [f64; 2] = [0.5, 0.0];
+/// Steps of the fits that are made again.
+const STEPS: usize = 10;
+
+/// What one fit gains over another beyond what both see then; `None` where the reference moves enough in what they have not seen, or nowhere.
+pub fn gained_again(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
+    let data = &data.seeing(less_seen(data)?);
+    let again = |fit: &Fit| {
+        let mut fit = fit.on(data)?;
+        fit.descend(data, STEPS, &stuck(&fit.hypothesis));
+        Some(fit)
+    };
+    gained(&again(better)?, &again(worse)?, data).filter(|gained| gained.is_sure_among(KINDS.len()))
+}
+
+/// The samples of each recording that a fit sees then.
+fn less_seen(data: &Data) -> Option<Vec<usize>> {
+    let each = data.recordings.iter().zip(&data.fitted).enumerate();
+    let less: Vec<usize> = each.map(|(i, (signals, fitted))| less_of(signals, *fitted, i == 0)).collect();
+    (less != data.fitted).then_some(less)
+}
+
+fn less_of(signals: &Signals, fitted: usize, is_first: bool) -> usize {
+    let way = |from: usize| -> f64 {
+        let r = signals.r.get(from..).unwrap_or(&[]);
+        r.windows(2).map(|r| (r[1] - r[0]).abs()).sum()
+    };
+    let least = LEAST_WAY * way(0);
+    let unseen = signals.len().saturating_sub(fitted) as f64;
+    if unseen < LEAST_UNSEEN * signals.len() as f64 || least == 0.0 || way(fitted) >= least {
+        return fitted;
+    }
+    let least_seen = if is_first { fitted / 2 } else { 0 };
+    let still = STILL_SEEN.map(|part| ((part * fitted as f64) as usize).max(least_seen));
+    still.into_iter().find(|seen| way(*seen) >= least).unwrap_or(fitted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(r: impl Fn(usize) -> f64) -> Signals {
+        Signals { r: (0..1000).map(r).collect(), y: vec![0.0; 1000], ..Signals::default() }
+    }
+
+    /// What is still seen of 1000 samples of which 500 were, over this reference.
+    fn still_seen(r: impl Fn(usize) -> f64, is_first: bool) -> usize {
+        less_of(&of(r), 500, is_first)
+    }
+
+    #[test]
+    fn what_proves_holds_a_move_of_the_reference() {
+        let step = |at: usize| move |n: usize| if n < at { 0.0 } else { 1.0 };
+        assert_eq!(still_seen(step(600), false), 500);
+        assert_eq!(still_seen(step(400), false), 250);
+        assert_eq!(still_seen(step(100), false), 0);
+        assert_eq!(still_seen(step(100), true), 500);
+        assert_eq!(still_seen(|n| if n % 100 < 50 { 0.0 } else { 1.0 }, false), 500);
+        assert_eq!(still_seen(|_| 3.0, false), 500);
+        // One in coarser samples, of which the last is left over, was seen whole.
+        assert_eq!(less_of(&of(step(400)), 999, true), 999);
+    }
+}

@@ -8,12 +8,15 @@ use crate::estimate::likelihood::Data;
 
 use super::rivals::begins_at_once;
 
-/// Rise of the objective up to which an onset is as likely as the found one: a likelihood ratio of e^5.
-const RISE: f64 = 10.0;
+/// Rise of the objective up to which an onset counts as likely as the found one: the numbers beside it, which were fitted for that one, would make up for it (two onsets of a loss of gain
+/// in an arm at rest that are as likely when they are fitted differ by 60 when they are not).
+const RISE: f64 = 80.0;
 /// Onsets that are taken, at most.
 const MOST: f64 = 300.0;
-/// Halvings in which the first and the last of them are found.
+/// Halvings in which the first and the last of them are found, and doublings of their distance that may be less likely one after the other: between two onsets that are as likely
+/// one may lie that is not, where noise moved something then.
 const HALVINGS: usize = 6;
+const LESS_LIKELY: usize = 4;
 
 /// The fit with each of the other onsets of its terms that are as likely.
 pub fn of(fit: &Fit, data: &Data) -> Vec<Fit> {
@@ -33,9 +36,14 @@ fn of_term(fit: &Fit, candidate: usize, data: &Data) -> Vec<Fit> {
         (moved.objective() < fit.objective() + RISE).then_some(moved)
     };
     let reach_s = |side: f64| {
-        let (mut near, mut far) = (0.0, ts);
-        while moved(side * far).is_some() {
-            (near, far) = (far, 2.0 * far);
+        let (mut near, mut far, mut next, mut less_likely) = (0.0, ts, ts, 0);
+        while less_likely < LESS_LIKELY {
+            if moved(side * next).is_some() {
+                (near, far, less_likely) = (next, 2.0 * next, 0);
+            } else {
+                less_likely += 1;
+            }
+            next *= 2.0;
         }
         for _ in 0..HALVINGS {
             let middle = 0.5 * (near + far);

@@ -144,6 +144,7 @@ pub fn of_term(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
         let (low, high) = match parameter.searched {
             Searched::Everywhere => (low, high),
             Searched::Scales(most) => (low.max(-most), high.min(most)),
+            Searched::Duration(part) => (low, high.min(x_of(part * scales.duration_s).max(low))),
             Searched::Between(lowest, highest) => (low.max(x_of(lowest)), high.min(x_of(highest))),
         };
         // A part of a wave is no wave: it stands for a ramp, or for a spring.

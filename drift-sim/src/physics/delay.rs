@@ -10,7 +10,9 @@ pub(super) static KIND: Kind = Kind {
     name: "delay",
     place: Place::Loop,
     begins: Begins::Start,
-    parameters: &[Parameter::new("delay_s", "s", Range::NotNegative, |s, _| 10.0 * s.sample_time_s).rough()],
+    parameters: &[Parameter::new("delay_s", "s", Range::NotNegative, |s, _| 10.0 * s.sample_time_s)
+        .rough()
+        .of_lags()],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Delay { delay_s: p[0] }),

@@ -54,9 +54,14 @@ pub enum Searched {
     Everywhere,
     /// Up to so many of its scales from where the term does nothing.
     Scales(f64),
+    /// Up to this part of the recording's duration.
+    Duration(f64),
     /// From the first to the second.
     Between(f64, f64),
 }
+
+/// Part of a recording that a lag takes at most: one as long as the recording integrates, and looks like a sensor that is not connected.
+const LONGEST_LAG: f64 = 1.0 / 3.0;
 
 /// Scales of a signal from which on nothing is of its size: a drive that rests nearly all the time may peak at some ten of its deviations.
 const MOST_SCALES: f64 = 100.0;
@@ -127,6 +132,12 @@ impl Parameter {
     /// The same, looked for where it has the size of the signals.
     pub(super) const fn of_signals(mut self) -> Self {
         self.searched = Searched::Scales(MOST_SCALES);
+        self
+    }
+
+    /// The same, looked for where it is over within the recording.
+    pub(super) const fn of_lags(mut self) -> Self {
+        self.searched = Searched::Duration(LONGEST_LAG);
         self
     }
 

@@ -10,7 +10,9 @@ pub(super) static KIND: Kind = Kind {
     name: "sensor_lag",
     place: Place::Sensor,
     begins: Begins::Start,
-    parameters: &[Parameter::new("time_constant_s", "s", Range::Positive, |s, _| 10.0 * s.sample_time_s)],
+    parameters: &[
+        Parameter::new("time_constant_s", "s", Range::Positive, |s, _| 10.0 * s.sample_time_s).of_lags()
+    ],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(SensorLag::new(p[0] / context.sample_time_s)),

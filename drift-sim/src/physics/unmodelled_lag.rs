@@ -9,7 +9,9 @@ pub(super) static KIND: Kind = Kind {
     name: "unmodelled_lag",
     place: Place::Loop,
     begins: Begins::Start,
-    parameters: &[Parameter::new("time_constant_s", "s", Range::Positive, |s, _| 10.0 * s.sample_time_s)],
+    parameters: &[
+        Parameter::new("time_constant_s", "s", Range::Positive, |s, _| 10.0 * s.sample_time_s).of_lags()
+    ],
     applies: every_plant,
     consistent: any_values,
     effect: |p, context| Box::new(UnmodelledLag::new(context.substep_s / p[0])),

@@ -234,27 +234,26 @@ impl Trial<'_> {
 
     /// The same where u leads a plant that does not keep its level: an offset of u that nothing shows leads either simulation anywhere.
     fn is_led_no_farther(&self) -> bool {
-        let (found, shown) = (self.found, self.shown);
-        let is_open = found.improved.controller == Controller::Recorded;
-        if !is_open || found.improved.plant.keeps_its_level() || found.physics.iter().any(is_play) {
-            return false;
-        }
-        let missed_by = |model: &Loop| missed(model, shown, self.load_sd()?, self.swings().as_ref());
-        let (before, after) = (missed_by(&found.refitted), missed_by(self.model));
-        before.zip(after).is_some_and(|(before, after)| after < MOST_WORSE * before)
+        let keeps = self.found.improved.plant.keeps_its_level();
+        !self.found.physics.iter().any(is_play)
+            && self.led_farther(keeps).is_some_and(|part| part < MOST_WORSE)
     }
 
     /// Whether play or sticking is named beyond doubt on a plant that the slow load leads anywhere, and leads it no farther: no simulation from u shows it there, nor speaks against it.
     fn is_led_by_the_load(&self) -> bool {
         let is_strong = |named: &Named| is_play(named) && named.train_gain > STRONG;
-        let (found, shown) = (self.found, self.shown);
-        let is_open = found.improved.controller == Controller::Recorded;
-        let keeps = found.improved.plant.keeps_its_level_over(self.seen.duration_s());
-        if !is_open || keeps || !found.physics.iter().any(is_strong) {
-            return false;
+        let keeps = self.found.improved.plant.keeps_its_level_over(self.seen.duration_s());
+        self.found.physics.iter().any(is_strong) && self.led_farther(keeps).is_some_and(|part| part <= 1.0)
+    }
+
+    /// How many times as far as without what is named the loop is led with it, from u alone; `None` where the law closes it, or its plant keeps its level.
+    fn led_farther(&self, keeps_its_level: bool) -> Option<f64> {
+        let (found, swings) = (self.found, self.swings());
+        if found.improved.controller != Controller::Recorded || keeps_its_level {
+            return None;
         }
-        let missed_by = |model: &Loop| missed(model, shown, self.load_sd()?, self.swings().as_ref());
-        missed_by(&found.refitted).zip(missed_by(self.model)).is_some_and(|(before, after)| after <= before)
+        let missed_by = |model: &Loop| missed(model, self.shown, self.load_sd()?, swings.as_ref());
+        Some(missed_by(self.model)? / missed_by(&found.refitted)?.max(1e-300))
     }
 
     /// Deviation of the random load.

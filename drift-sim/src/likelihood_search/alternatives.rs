@@ -5,9 +5,10 @@ use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Target, is_noise};
 use crate::estimate::likelihood::Data;
 
+use super::found::{Contender, Found};
 use super::nominal;
 use super::rivals;
-use super::search::{Contender, Found, predicted};
+use super::search::predicted;
 
 /// Noise of which next to nothing is a load: logarithm of its size over the drive's, its time constant in samples, atanh of what stays of the sensor's; and steps of a fit under it.
 const NEXT_TO_NO_LOAD: (f64, f64, f64) = (-6.0, 20.0, 0.0);

@@ -18,9 +18,9 @@ use crate::physics::{Parameter, Term};
 use crate::plant::Role;
 
 use super::excitation::{self, Shows};
+use super::found::Found;
 use super::law::{Law, OTHER_NUMBER};
 use super::options::Options;
-use super::search::Found;
 use super::unseen::{Unseen, fit_pct, noise_floor};
 use super::{identified, interval, locate, missing_drive, offset, prove, standing_load};
 

@@ -21,6 +21,7 @@ mod early_moves;
 mod equal_onsets;
 mod equation_error;
 mod excitation;
+mod found;
 mod glance;
 mod guarantee;
 mod identified;
@@ -75,6 +76,7 @@ pub use identified::{IdentifiedPlant, plants_of};
 
 use attempts::{Attempt, Beside};
 use decide::priced;
+use found::Found;
 use glance::{Glance, Round};
 use judge::{Judge, Tried};
 use jumping_load::TakenUp;
@@ -82,7 +84,7 @@ use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
 use rivals::{Field, Sketch};
-use search::{Found, Search, without_all};
+use search::{Search, without_all};
 
 /// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(
@@ -285,11 +287,20 @@ impl Case<'_> {
         };
         // The steps of a coarse sensor have lines of their own.
         let may_swing = quantum.is_none() && self.may_swing(&found, parts);
+        // Where waves may not be told from what a mass or an unknown plant does at rest, neither explanation stands alone.
+        let under_waves = (quantum.is_none() && !may_swing)
+            .then(|| swinging_load::instead(&found, &first, options))
+            .flatten()
+            .map(|(found, field)| Search { data: &found.data, options, is_plant_open }.run(field));
         // What comes and goes has the times of one recording.
         let may = (may_swing, self.recordings.len() == 1);
         let TakenUp { found, field, comes_and_goes } = under_its_load(found, first, may, options);
         let search = Search { data: &found.data, options, is_plant_open };
         let result = search.run(search.with_own_terms(field));
+        let result = match under_waves {
+            Some(other) => result.agreed_with(&other),
+            None => result,
+        };
         let result = Found { quantum, comes_and_goes, ..result };
         Some((found, result))
     }

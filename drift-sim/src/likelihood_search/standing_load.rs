@@ -9,10 +9,10 @@ use crate::physics::Kind;
 use crate::plant::Role;
 
 use super::decide::{cost_of_numbers, independent_share};
+use super::found::Choice;
 use super::interval;
 use super::one_way;
 use super::prove::gained;
-use super::search::Choice;
 
 /// The kind that it is named as.
 pub const KIND: &str = "load_step";

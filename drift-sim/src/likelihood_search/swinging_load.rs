@@ -51,15 +51,18 @@ struct Swinging {
 
 /// The search's plant and field under a load that swings, where that is likelier than any kind without. What proves is searched for waves as well, which no guarantee allows.
 pub fn taken_up(found: Identified, field: Field, options: &Options) -> (Identified, Field) {
+    instead(&found, &field, options).unwrap_or((found, field))
+}
+
+/// The same where a load that swings is likelier.
+pub fn instead(found: &Identified, field: &Field, options: &Options) -> Option<(Identified, Field)> {
     if options.guarantee.is_some() {
-        return (found, field);
+        return None;
     }
     stage::begins("waves of the load", 0);
-    let again = likeliest(&found.data, &field, options).and_then(|Swinging { fit, waves, .. }| {
-        let data = found.data.clone().swinging(waves);
-        judged_again(&fit, data, (&found, &field, looked_beside(&field, is_none)), options)
-    });
-    again.unwrap_or((found, field))
+    let Swinging { fit, waves, .. } = likeliest(&found.data, field, options)?;
+    let data = found.data.clone().swinging(waves);
+    judged_again(&fit, data, (found, field, looked_beside(field, is_none)), options)
 }
 
 /// Beside what swings by itself other waves are looked for.

@@ -5,10 +5,11 @@ use crate::estimate::whiten::Whitener;
 use crate::stage;
 
 use super::decide::COLORED;
+use super::found::Found;
 use super::glance::{Glance, Round};
 use super::options::Options;
 use super::plants::Identified;
-use super::search::{Found, Search};
+use super::search::Search;
 use super::{gone_on, rivals};
 
 /// The search beside a guessed plant under noise that is colored as what the likeliest of its fits left; `None` where that left noise, where nothing is named then, or where what is

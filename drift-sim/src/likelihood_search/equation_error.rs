@@ -81,7 +81,7 @@ fn regressed(of: &[Signals]) -> Option<Regression> {
     let (a, b) = ([number(0)?, number(1)?], [number(2)?, number(3)?, number(4)?]);
     // In deviations of y and u: y (1 - a0 - a1) = (b0 + b1 + b2) u + a constant.
     let (static_y, static_u) = (1.0 - a.iter().sum::<f64>(), b.iter().sum::<f64>());
-    let u_of_mean = (static_y * (0.0 - y_mean / y_size) - number(5)?) / static_u;
+    let u_of_mean = (static_y * (-y_mean / y_size) - number(5)?) / static_u;
     Some(Regression {
         sample_time_s: of.first()?.sample_time_s,
         a,
@@ -98,6 +98,7 @@ impl Regression {
         swings.into_iter().chain(transfer_function(damping, stiffness, fast, slow, self.offset)).collect()
     }
 
+    /// Damping, stiffness, and what u does fast and slowly; `None` where it is not stable.
     fn numbers(&self) -> Option<[f64; 4]> {
         let ts = self.sample_time_s;
         let (sum, product) = (self.a[0], -self.a[1]);

@@ -33,7 +33,7 @@ const APART: usize = 2;
 /// Part of the reference's squares that lie about a frequency, or about a half or a third of it, from which on a line there is the reference's.
 const REFERENCE: f64 = 0.05;
 const HARMONICS: usize = 3;
-/// How many times more a line promises than all others where the reference moves half as much and more, for it not to be the reference's all the same: a chirp's move at
+/// How many times more a line promises than all others where the reference moves half as much and more, for it not to be the reference's all the same: a chirp moves at
 /// each frequency, and what a model lacks shows at each.
 const STANDS_OUT: f64 = 5.0;
 /// Logarithms of the samples that a wave costs: one for its frequency, which is the best of so many, and a half each for its size and its phase.

@@ -93,3 +93,15 @@ fn a_lag_is_named_where_the_reference_sweeps_over_the_waves() {
     assert!(matches!(named(&found)[..], ["sensor_lag" | "unmodelled_lag"]), "{:?}", named(&found));
     assert_eq!(found.load_waves.unwrap().frequencies_hz.len(), 3);
 }
+
+/// A wave of each recording that is far larger than what swings beside it, otherwise in each, is named, and its size told.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn a_wave_is_named_where_little_swings_beside_it() {
+    let numbers = [("amplitude", 12.0 * SIZE), ("frequency_hz", 0.0058), ("phase", 1.0)];
+    let found = diagnosed(&[Term::new("periodic_load", &numbers).unwrap()], false);
+    let first = &found.physics.first().unwrap().term;
+    assert_eq!(first.kind.name, "periodic_load");
+    assert!((first.parameters[0] / (12.0 * SIZE) - 1.0).abs() < 0.1, "{first:?}");
+    assert!(named(&found).iter().all(|kind| *kind == "periodic_load"), "{:?}", named(&found));
+}

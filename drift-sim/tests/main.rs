@@ -31,6 +31,7 @@ mod look_command;
 mod measured_inputs;
 mod monitor;
 mod monitor_command;
+mod noise_since_healthy;
 mod operating_point;
 mod outputs;
 mod plain_rows;

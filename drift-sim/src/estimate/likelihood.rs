@@ -135,6 +135,14 @@ impl Data {
         Self { healthy_from: from, ..self }
     }
 
+    /// The same recordings, of which the healthy ones don't count.
+    #[must_use]
+    pub fn without_healthy(&self) -> Self {
+        let mut fitted = self.fitted.clone();
+        fitted.iter_mut().skip(self.healthy_from).for_each(|fitted| *fitted = 0);
+        self.seeing(fitted)
+    }
+
     /// The same recordings, none of which is taken as healthy.
     #[must_use]
     pub fn with_all_alike(&self) -> Self {

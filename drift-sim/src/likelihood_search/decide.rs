@@ -56,6 +56,17 @@ impl Decision {
         self.scored.iter().find(|scored| scored.kind == kind).map_or(0.0, |scored| scored.score)
     }
 
+    /// The same, where what is named can't be told from a kind of this sort: that kind is named instead.
+    #[must_use]
+    pub fn naming(mut self, is_first: fn(&Kind) -> bool) -> Self {
+        let first = self.scored.iter().find(|s| is_first(s.kind) && self.set.contains(&s.kind));
+        if let (Some(named), Some(first)) = (&mut self.named, first) {
+            let others = self.set.iter().filter(|kind| **kind != first.kind);
+            *named = (first.place, others.map(|kind| kind.name).collect());
+        }
+        self
+    }
+
     /// The kinds that can't be told from the best one, with what each gains.
     pub fn left(&self) -> Vec<(&'static str, f64)> {
         self.set.iter().map(|kind| (kind.name, self.score(kind))).collect()
@@ -128,7 +139,7 @@ pub fn decide(
     let inexact = (options.inexact_share * best.gain).max(2.0 * options.margin);
     let is_near = |s: &Scored| {
         s.score > best.score - options.margin
-            || (matches!(s.kind.search, Starts::Grid(_) | Starts::Peak { .. }) && s.gain >= best.gain)
+            || (has_points(s.kind) && s.gain >= best.gain)
             || (may_be_a_load && is_there_from_the_start(s) && s.gain > best.gain - AS_LIKELY)
             || (is_related(s) && s.gain + s.lost_to_load > best.gain - inexact)
     };
@@ -137,6 +148,11 @@ pub fn decide(
     let stands_in = |s: &Scored| field.rivals.get(s.place).is_some_and(|rival| rival.fit.is_at_an_end());
     let (standing_in, own): (Vec<Scored>, Vec<Scored>) = near.into_iter().partition(stands_in);
     left_of(scored, if own.is_empty() { &standing_in } else { &own })
+}
+
+/// Whether a kind is looked for from points of its own, and not from what was not foretold.
+fn has_points(kind: &Kind) -> bool {
+    matches!(kind.search, Starts::Grid(_) | Starts::GridLike { .. } | Starts::Peak { .. })
 }
 
 /// What is left where these kinds are, the best first: one of them is named where all are of one family.

@@ -313,10 +313,8 @@ fn at_least_idle(base: &Fit, fit: Fit, data: &Data) -> Fit {
 
 /// Whether a kind's starts move the plant's numbers with its own: what the base's numbers can't follow along a straight line.
 fn moves_the_plant(kind: &Kind, scales: &Scales) -> bool {
-    match kind.search {
-        Starts::Grid(points) => points(scales).iter().any(|start| start.gain != 0.0 || start.time != 0.0),
-        _ => false,
-    }
+    let moves = |start: &Start| start.gain != 0.0 || start.time != 0.0;
+    kind.search.grid(scales).is_some_and(|points| points.iter().any(moves))
 }
 
 fn descended(begin: &Begin, data: &Data, steps: usize) -> Option<Fit> {

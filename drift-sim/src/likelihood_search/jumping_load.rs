@@ -79,7 +79,7 @@ pub fn taken_up(found: Identified, field: Field, may_come_and_go: bool, options:
     let comes_and_goes =
         may_come_and_go.then(|| comes_and_goes_in(&jumping, &field.base, &found.data, options)).flatten();
     let Jumping { fit, jumps, .. } = jumping;
-    let jumps = without_outliers(jumps);
+    let jumps = without_outliers(jumps, found.data.recordings.len());
     let is_often = seen(&jumps, &found.data) >= LEAST;
     let again = (is_often && !is_on_and_off(&jumps)).then(|| {
         let jumps = as_jumps(&jumps, &found.data, fit.rows.sensor_sd);
@@ -136,7 +136,7 @@ fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Jumping> {
 }
 
 /// A load that jumps once is one of the jumps.
-fn is_jump(kind: &Kind) -> bool {
+pub fn is_jump(kind: &Kind) -> bool {
     kind.place == Place::Disturbance && begins_at_once(kind)
 }
 
@@ -286,15 +286,22 @@ fn is_seen(jump: &Jump, data: &Data) -> bool {
     data.fitted.get(jump.recording).is_some_and(|fitted| jump.at < *fitted)
 }
 
-/// Without those that are far larger than the others.
-fn without_outliers(mut jumps: Vec<Jump>) -> Vec<Jump> {
+/// Without those that are far larger than the others; what begins in each recording does so once in each.
+fn without_outliers(mut jumps: Vec<Jump>, recordings: usize) -> Vec<Jump> {
     jumps.sort_by(|a, b| a.size.abs().total_cmp(&b.size.abs()));
-    while let Some((largest, others)) = jumps.split_last() {
-        let rms = deviation(others);
-        if others.len() < LEAST || largest.size.abs() < OUTLIER * rms {
-            break;
-        }
-        jumps.pop();
+    let outliers_in = |jumps: &[Jump]| {
+        (1..=recordings).find(|outliers| {
+            let Some((others, apart)) =
+                jumps.len().checked_sub(*outliers).and_then(|at| jumps.split_at_checked(at))
+            else {
+                return false;
+            };
+            let least = OUTLIER * deviation(others);
+            others.len() >= LEAST && apart.iter().all(|jump| jump.size.abs() >= least)
+        })
+    };
+    while let Some(outliers) = outliers_in(&jumps) {
+        jumps.truncate(jumps.len() - outliers);
     }
     jumps
 }
@@ -337,4 +344,28 @@ fn jumping_at(further: &[Jump], mut at: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
         of_recording.dedup();
     }
     at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jump(recording: usize, at: usize, size: f64) -> Jump {
+        Jump { recording, at, size, promise: 100.0 }
+    }
+
+    /// Jumps of about 0.3 in two recordings, and one of 2.5 in each: of one recording its own alone would be left, of two both make each other look usual.
+    #[test]
+    fn a_step_of_each_recording_is_no_jump_like_the_others() {
+        let small = [0.3, -0.4, 0.2, -0.3, 0.35].into_iter().enumerate();
+        let mut jumps: Vec<Jump> = small.map(|(i, size)| jump(i % 2, 1_000 * i, size)).collect();
+        jumps.extend([jump(0, 500, 2.5), jump(1, 500, 2.5)]);
+        let kept = without_outliers(jumps.clone(), 2);
+        assert_eq!(kept.len(), 5);
+        assert!(kept.iter().all(|jump| jump.size.abs() < 1.0));
+        assert_eq!(without_outliers(jumps.clone(), 1).len(), 7);
+        // A load whose jumps are all alike has no other.
+        jumps.iter_mut().for_each(|jump| jump.size = 1.0);
+        assert_eq!(without_outliers(jumps, 2).len(), 7);
+    }
 }

@@ -194,10 +194,27 @@ impl Case<'_> {
         if tried.stands {
             return Some(tried);
         }
+        let more = if attempt.is_further() { None } else { self.with_more(&found, &result) };
+        let more = more.map(|more| {
+            let (is_sure, least) = (more.is_noise, tried.found.unseen_fits().after);
+            Tried { is_sure, ..judge.judged(&found, more, least) }
+        });
+        if let Some(more) = more.filter(|more| more.stands) {
+            return Some(more);
+        }
         // Other numbers are no evidence for what is named beside them where they simulate worse by themselves.
         let least = judge.simulated(&conclude::loop_of(&result.base, self.nominal));
         let others = result.others(&found.data);
         others.map(|other| judge.judged(&found, other, least)).find(|other| other.stands).or(Some(tried))
+    }
+
+    /// What a search named, with what it asks for beside that: a simulation shows what is missing, and less of a likelihood tells what it is.
+    fn with_more(&self, found: &Identified, result: &Found) -> Option<Found> {
+        let options = Options { further_gain: self.options.least_gain, ..self.options.clone() };
+        let is_plant_open = found.is_guessed && self.healthy.is_empty();
+        let search = Search { data: &found.data, options: &options, is_plant_open };
+        let more = search.beside(result.base.clone(), result.best.clone()?, None);
+        (more.named.len() > result.named.len()).then_some(more)
     }
 
     /// The attempt beside what comes and goes, in samples of so many. Its times are those of one recording: a hold-out of its own has other ones, and takes no part.

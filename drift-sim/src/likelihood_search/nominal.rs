@@ -58,11 +58,27 @@ pub fn fit_again(fit: &Fit, data: &Data) -> Option<Fit> {
     begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
 }
 
+/// A fit on other data, all of its numbers held but those of the noise.
+pub fn under_own_noise(fit: &Fit, data: &Data) -> Option<Fit> {
+    let held = all_but_noise(&fit.hypothesis);
+    let own = Fit::at(&fit.hypothesis, &fit.point, data);
+    let mut begun = under_all_noises(&fit.hypothesis, &fit.point, data, &held);
+    begun.truncate(1);
+    begun.extend(own);
+    begun.par_iter_mut().for_each(|fit| fit.descend(data, LONG, &held));
+    begun.into_iter().min_by(|a, b| a.objective().total_cmp(&b.objective()))
+}
+
+/// Places of a hypothesis's numbers that are none of its noise.
+fn all_but_noise(hypothesis: &Hypothesis) -> Vec<usize> {
+    let is_held = |i: &usize| hypothesis.free.get(*i).is_none_or(|free| !is_noise(free.target));
+    (0..hypothesis.free.len()).filter(is_held).collect()
+}
+
 /// A fit under other noise, where that is likelier: the noise's own numbers have local optima, and what two fits differ by is not to be one of those.
 pub fn under_other_noise(fit: &mut Fit, data: &Data) {
     let hypothesis = &fit.hypothesis;
-    let is_held = |i: &usize| hypothesis.free.get(*i).is_none_or(|free| !is_noise(free.target));
-    let held: Vec<usize> = (0..hypothesis.free.len()).filter(is_held).collect();
+    let held = all_but_noise(hypothesis);
     let best = under_all_noises(hypothesis, &fit.point, data, &held).into_iter().next();
     if let Some(mut best) = best.filter(|best| best.objective() < fit.objective() - LIKELIER) {
         best.descend(data, LONG, &super::rivals::stuck(&best.hypothesis));

@@ -55,10 +55,13 @@ impl Rival {
         if other.kind == self.kind {
             return Some(other.fit.clone());
         }
-        let Starts::Peak { like, .. } = self.kind.search else { return None };
         let term = other.fit.hypothesis.realise(&other.fit.point)?.model.physics.pop()?;
         let hypothesis = &self.fit.hypothesis;
-        let point = hypothesis.started(&with_shared(&self.fit, &other.fit), &Start::of(like(&term)?), 0.0);
+        let point = hypothesis.started(
+            &with_shared(&self.fit, &other.fit),
+            &Start::of(self.kind.search.like(&term)?),
+            0.0,
+        );
         Fit::at(hypothesis, &point, data)
     }
 }
@@ -394,6 +397,25 @@ impl Field {
             let found = at_needle(near, rival.kind, data);
             if found.objective() < rival.fit.objective() {
                 *rival = Rival { kind: rival.kind, fit: found, ended: true, idle: 0 };
+            }
+        }
+        self.sort();
+        self.follow_needles(data);
+    }
+
+    /// A kind that does nearly what a needle does, from where that was found: its own fit may have ended where both are far less likely.
+    fn follow_needles(&mut self, data: &Data) {
+        let Some(best) = self.rivals.first().filter(|best| !stuck(&best.fit.hypothesis).is_empty()).cloned()
+        else {
+            return;
+        };
+        let smooth = self.rivals.iter_mut().filter(|rival| stuck(&rival.fit.hypothesis).is_empty());
+        for rival in smooth {
+            let Some(mut fit) = rival.like(&best, data) else { continue };
+            fit.descend(data, LONG, &[]);
+            rough_again(&mut fit, data);
+            if fit.objective() < rival.fit.objective() {
+                *rival = Rival { kind: rival.kind, fit, ended: true, idle: 0 };
             }
         }
         self.sort();

@@ -4,7 +4,7 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Point, Target};
 use crate::estimate::likelihood::Data;
-use crate::physics::{Family, Kind, Starts};
+use crate::physics::{Family, Kind, Starts, Term};
 
 use super::all_samples;
 use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
@@ -12,6 +12,7 @@ use super::early_moves::gained_again;
 use super::found::{Choice, Contender, Found};
 use super::glance::Round;
 use super::guarantee::decide_surely;
+use super::jumping_load::is_jump;
 use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
@@ -75,11 +76,13 @@ impl Search<'_> {
                     Some(gained??.independent)
                 };
                 let decision = decide(field, self.options, least, self.data, unseen);
-                if decision.named.is_none() && decision.set.len() > 1 {
+                let decision = if decision.named.is_none() && decision.set.len() > 1 {
                     all_samples::decided_again(decision, field, self.data, self.options)
                 } else {
                     decision
-                }
+                };
+                // Of a load that jumps it may be one jump more.
+                if self.data.jumps().count() > 0 { decision.naming(is_jump) } else { decision }
             }
         }
     }
@@ -251,6 +254,7 @@ impl Search<'_> {
                                 - cost_of(&best, index);
                         pays = choice.gain > 0.0;
                     }
+                    pays &= self.pays_under_own_noise(&best, index, &without);
                 }
                 // Where the rest can't be simulated, nothing is proven.
                 let errors = unseen.map_or(f64::NEG_INFINITY, Gained::errors);
@@ -272,6 +276,19 @@ impl Search<'_> {
                 found.best = Some(without);
             }
         }
+    }
+
+    /// Whether a term pays for its numbers where the noise may be another than it was in healthy recordings. Noise of a term's own is none of that.
+    fn pays_under_own_noise(&self, best: &Fit, index: usize, without: &Fit) -> bool {
+        let is_noise = |term: &Term| matches!(term.kind.search, Starts::NoiseChange);
+        if !self.data.has_healthy() || best.hypothesis.candidates().get(index).is_some_and(is_noise) {
+            return true;
+        }
+        let now = self.data.without_healthy();
+        let own = |fit: &Fit| nominal::under_own_noise(fit, &now);
+        own(best).zip(own(without)).is_none_or(|(with, without)| {
+            0.5 * independent_share(&with) * (without.objective() - with.objective()) > cost_of(&with, index)
+        })
     }
 
     /// Judges the first of two terms again beside the second, against all kinds: what it was taken for may have been both of them.

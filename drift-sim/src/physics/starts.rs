@@ -7,6 +7,13 @@ use super::{Scales, Term};
 pub enum Starts {
     /// These points are tried, one simulation each.
     Grid(fn(&Scales) -> Vec<Start>),
+    /// The same, and what a fit of another kind leads to that does nearly the same.
+    GridLike {
+        /// The points that are tried.
+        points: fn(&Scales) -> Vec<Start>,
+        /// Parameters with which it does what a term of another kind does, where there are any.
+        like: fn(&Term) -> Option<Vec<f64>>,
+    },
     /// The same where the likelihood is a peak too narrow for a grid, along which it is not smooth: random steps climb it from the best points, and no slope
     /// is asked for. Thousands of points near a fit of it that is good but may lie beside the peak are judged by a linear forecast.
     Peak {
@@ -37,7 +44,23 @@ impl Starts {
     /// The points that are tried, where there are any.
     pub fn points(&self, scales: &Scales) -> Option<Vec<Start>> {
         match self {
-            Self::Grid(points) | Self::Peak { coarse: points, .. } => Some(points(scales)),
+            Self::Peak { coarse, .. } => Some(coarse(scales)),
+            _ => self.grid(scales),
+        }
+    }
+
+    /// The same but for those of a peak.
+    pub fn grid(&self, scales: &Scales) -> Option<Vec<Start>> {
+        match self {
+            Self::Grid(points) | Self::GridLike { points, .. } => Some(points(scales)),
+            _ => None,
+        }
+    }
+
+    /// Parameters with which the kind does what a term of another one does, where there are any.
+    pub fn like(&self, term: &Term) -> Option<Vec<f64>> {
+        match self {
+            Self::GridLike { like, .. } | Self::Peak { like, .. } => like(term),
             _ => None,
         }
     }

@@ -193,7 +193,9 @@ impl<'a> Base<'a> {
 /// The points for a kind, the best first.
 pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
     let mut found = match kind.search {
-        Starts::Grid(points) => grid::points(base, kind, &points(&base.fit.hypothesis.scales)),
+        Starts::Grid(points) | Starts::GridLike { points, .. } => {
+            grid::points(base, kind, &points(&base.fit.hypothesis.scales))
+        }
         Starts::Peak { coarse, .. } => grid::peaks(base, kind, &coarse(&base.fit.hypothesis.scales)),
         Starts::Onset(weight) => onset::steps(base, kind, weight),
         Starts::Ramp(weight) => onset::ramps(base, kind, weight),
@@ -208,9 +210,9 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
 
 /// The points of a grid as they would be if the drive moved by so much, the best first; none of another kind.
 pub fn begins_of_size(base: &Base<'_>, kind: &'static Kind, drive: f64) -> Vec<Begin> {
-    let Starts::Grid(points) = kind.search else { return Vec::new() };
     let scales = Scales { drive, ..base.fit.hypothesis.scales.clone() };
-    let mut found = grid::points(base, kind, &points(&scales)).unwrap_or_default();
+    let Some(points) = kind.search.grid(&scales) else { return Vec::new() };
+    let mut found = grid::points(base, kind, &points).unwrap_or_default();
     sort(&mut found);
     found
 }
@@ -243,8 +245,8 @@ pub fn trial_power(base: &Base<'_>, kind: &'static Kind) -> Option<(Term, f64)> 
     let scales = &base.fit.hypothesis.scales;
     let middle = 0.5 * scales.duration_s;
     let (parameters, onset_s) = match kind.search {
-        Starts::Grid(points) | Starts::Peak { coarse: points, .. } => {
-            (points(scales).into_iter().next()?.parameters, 0.0)
+        Starts::Grid(_) | Starts::GridLike { .. } | Starts::Peak { .. } => {
+            (kind.search.points(scales)?.into_iter().next()?.parameters, 0.0)
         }
         Starts::Wave(Over::Time) => (vec![0.3 * scales.drive, 10.0 / scales.duration_s, 0.0], 0.0),
         Starts::Wave(Over::Position) => (vec![0.3 * scales.drive, 0.1 * scales.position, 0.0], 0.0),

@@ -138,9 +138,14 @@ impl Data {
     /// The same recordings, of which the healthy ones don't count.
     #[must_use]
     pub fn without_healthy(&self) -> Self {
-        let mut fitted = self.fitted.clone();
-        fitted.iter_mut().skip(self.healthy_from).for_each(|fitted| *fitted = 0);
-        self.seeing(fitted)
+        self.counting(|recording| recording < self.healthy_from)
+    }
+
+    /// The same recordings, of which only these count.
+    #[must_use]
+    pub fn counting(&self, counts: impl Fn(usize) -> bool) -> Self {
+        let fitted = self.fitted.iter().enumerate();
+        self.seeing(fitted.map(|(recording, fitted)| if counts(recording) { *fitted } else { 0 }).collect())
     }
 
     /// The same recordings, none of which is taken as healthy.

@@ -83,9 +83,7 @@ fn found_beside(base: &Fit, data: &Data, least: f64) -> Vec<Term> {
 
 /// Of recordings that may have it the first alone, whose times they are.
 pub fn of_first(data: &Data) -> Data {
-    let counts = |recording: usize| recording == 0 || recording >= data.healthy_from;
-    let fitted = data.fitted.iter().enumerate();
-    data.seeing(fitted.map(|(recording, fitted)| if counts(recording) { *fitted } else { 0 }).collect())
+    data.counting(|recording| recording == 0 || recording >= data.healthy_from)
 }
 
 /// Of these ways in which something may come and go beside a base the likeliest, its edges where the recording is likeliest; none where none pays.

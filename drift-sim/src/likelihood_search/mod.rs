@@ -211,7 +211,7 @@ impl Case<'_> {
     /// What a search named, with what it asks for beside that: a simulation shows what is missing, and less of a likelihood tells what it is.
     fn with_more(&self, found: &Identified, result: &Found) -> Option<Found> {
         let options = Options { further_gain: self.options.least_gain, ..self.options.clone() };
-        let is_plant_open = found.is_guessed && self.healthy.is_empty();
+        let is_plant_open = self.is_plant_open(found);
         let search = Search { data: &found.data, options: &options, is_plant_open };
         let more = search.beside(result.base.clone(), result.best.clone()?, None);
         (more.named.len() > result.named.len()).then_some(more)
@@ -234,7 +234,7 @@ impl Case<'_> {
         parts: &Parts,
         options: &Options,
     ) -> Option<(Identified, Found)> {
-        let is_plant_open = found.is_guessed && self.healthy.is_empty();
+        let is_plant_open = self.is_plant_open(&found);
         let with = comes_and_goes::beside(&found.nominal, terms, &found.data, options.least_gain)?;
         if !is_likeliest {
             let search = Search { data: &found.data, options, is_plant_open };
@@ -251,10 +251,15 @@ impl Case<'_> {
         Some((Identified { nominal: base, ..beside }, result))
     }
 
+    /// Whether a plant was guessed, and no healthy recording tells how it was.
+    fn is_plant_open(&self, found: &Identified) -> bool {
+        found.is_guessed && self.healthy.is_empty()
+    }
+
     /// Whether what swings beside a plant would show as such: what dry friction holds does not follow a wave.
     fn may_swing(&self, found: &Identified, parts: &Parts) -> bool {
-        let is_open = found.is_guessed && self.healthy.is_empty();
-        let may_stand = is_open || stands(&found.nominal.hypothesis.model.plant, &parts.recordings);
+        let may_stand =
+            self.is_plant_open(found) || stands(&found.nominal.hypothesis.model.plant, &parts.recordings);
         !(may_stand && holds(&parts.recordings))
     }
 

@@ -56,12 +56,9 @@ impl Rival {
             return Some(other.fit.clone());
         }
         let term = other.fit.hypothesis.realise(&other.fit.point)?.model.physics.pop()?;
+        let start = Start::of(self.kind.search.like(&term)?);
         let hypothesis = &self.fit.hypothesis;
-        let point = hypothesis.started(
-            &with_shared(&self.fit, &other.fit),
-            &Start::of(self.kind.search.like(&term)?),
-            0.0,
-        );
+        let point = hypothesis.started(&with_shared(&self.fit, &other.fit), &start, 0.0);
         Fit::at(hypothesis, &point, data)
     }
 }

@@ -112,8 +112,7 @@ impl Search<'_> {
         let mut found = self.nominal_only(base);
         for index in 0..with.hypothesis.candidates().len() {
             let Some(less) = without(&with, index, self.data) else { continue };
-            let gain = 0.5 * independent_share(&with) * (less.objective() - with.objective())
-                - cost_of(&with, index);
+            let gain = gain_after_cost(&with, &less, index);
             found.named.push(Choice { tied: Vec::new(), gain, unseen: None, among: 0 });
         }
         found.best = Some(with);
@@ -249,12 +248,10 @@ impl Search<'_> {
                     }
                     choice.unseen = unseen;
                     if best.hypothesis.candidates().len() > 1 {
-                        choice.gain =
-                            0.5 * independent_share(&best) * (without.objective() - best.objective())
-                                - cost_of(&best, index);
+                        choice.gain = gain_after_cost(&best, &without, index);
                         pays = choice.gain > 0.0;
                     }
-                    pays &= self.pays_under_own_noise(&best, index, &without);
+                    pays = pays && self.pays_under_own_noise(&best, index, &without);
                 }
                 // Where the rest can't be simulated, nothing is proven.
                 let errors = unseen.map_or(f64::NEG_INFINITY, Gained::errors);
@@ -286,9 +283,9 @@ impl Search<'_> {
         }
         let now = self.data.without_healthy();
         let own = |fit: &Fit| nominal::under_own_noise(fit, &now);
-        own(best).zip(own(without)).is_none_or(|(with, without)| {
-            0.5 * independent_share(&with) * (without.objective() - with.objective()) > cost_of(&with, index)
-        })
+        own(best)
+            .zip(own(without))
+            .is_none_or(|(with, without)| gain_after_cost(&with, &without, index) > 0.0)
     }
 
     /// Judges the first of two terms again beside the second, against all kinds: what it was taken for may have been both of them.
@@ -341,6 +338,11 @@ impl Search<'_> {
         stated.descend(self.data, 4, &plant);
         0.5 * (stated.objective() - base.objective())
     }
+}
+
+/// Log-likelihood that a candidate of a fit gains over the fit without it, after the cost of its numbers.
+fn gain_after_cost(with: &Fit, without: &Fit, index: usize) -> f64 {
+    0.5 * independent_share(with) * (without.objective() - with.objective()) - cost_of(with, index)
 }
 
 /// What the strongest named term gains, of those that change what is foretold: how noisy a sensor is leaves nothing unexplained beside it.

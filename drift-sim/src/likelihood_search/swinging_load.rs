@@ -91,9 +91,12 @@ fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Swinging> 
     let each: Vec<(&Fit, Swinging)> = alone.into_iter().chain(again).collect();
     let (beside, best) = each.into_iter().min_by(|a, b| a.1.price.total_cmp(&b.1.price))?;
     let is_likelier = |than: f64| best.price < than - options.margin;
+    if !is_likelier(without) {
+        return None;
+    }
     let (none, one) = (0.5 * priced(beside), as_one_wave(beside, data));
     let is_one_wave = none - one > ONE_WAVE * (none - best.price);
-    (is_likelier(without) && is_likelier(one) && !is_one_wave).then_some(best)
+    (is_likelier(one) && !is_one_wave).then_some(best)
 }
 
 /// All lines of several searches in each recording, those of the likeliest first; of two that are the same one is kept.

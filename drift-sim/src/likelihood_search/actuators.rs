@@ -20,8 +20,9 @@ const ENOUGH: usize = 8_000;
 const PAST_Y: usize = 8;
 const PAST_U: usize = 12;
 const MOST_PAST: usize = if PAST_U > PAST_Y { PAST_U } else { PAST_Y };
-/// Samples of a recording, made coarser, in which a search finds where to begin in its own.
-const COARSE: usize = 2_000;
+/// Samples in which a search finds where to begin: of the recording made coarser, and of its liveliest stretch as it is. Between coarser samples a valve slips too often to be
+/// followed; a stretch is short beside a slow plant.
+const FEW: usize = 2_000;
 /// Points that a search goes on from, its steps from each, and their reach.
 const SEARCHED: usize = 12;
 const GO_ON: usize = 4;
@@ -38,24 +39,16 @@ const KEPT: usize = 2;
 
 /// The likeliest actuators of unlike kinds, the best first; none where u itself does as well.
 pub fn likeliest(model: &Loop, recordings: &[Signals], scales: &Scales) -> Vec<Term> {
-    let most = ENOUGH / recordings.len().max(1);
-    let liveliest = |signals: &Signals| {
-        let stretch = signals.liveliest(most);
-        signals.part(stretch.start, stretch.end)
-    };
-    let recordings: Vec<Signals> = recordings.iter().map(liveliest).collect();
+    let recordings = liveliest(recordings, ENOUGH);
     let kinds: Vec<&'static Kind> = KINDS
         .iter()
         .copied()
         .filter(|kind| kind.place == Place::Actuator && kind.search.points(scales).is_some())
         .collect();
     let bare = Loop { physics: Vec::new(), ..model.clone() };
-    let longest = recordings.iter().map(Signals::len).max().unwrap_or(0);
-    let judges: Option<Vec<Judge>> =
-        [longest.div_ceil(COARSE), 1].iter().map(|every| Judge::new(&bare, &recordings, *every)).collect();
-    let Some(judges) = judges else { return Vec::new() };
+    let Some(judges) = Judges::new(&bare, &recordings) else { return Vec::new() };
     let mut found: Vec<Actuated> =
-        kinds.into_par_iter().filter_map(|kind| best_of(kind, scales, &judges)).collect();
+        kinds.into_par_iter().filter_map(|kind| judges.best_of(kind, scales)).collect();
     found.retain(|actuated| actuated.gain > LEAST_GAIN);
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.into_iter().take(KEPT).map(|actuated| actuated.term).collect()
@@ -69,21 +62,38 @@ fn points(kind: &Kind, scales: &Scales) -> Option<Vec<Vec<f64>>> {
     Some(kind.search.points(scales)?.into_iter().map(|start| start.parameters).collect())
 }
 
-/// The best of a kind: from its own grid on, by each judge in turn.
-fn best_of(kind: &'static Kind, scales: &Scales, judges: &[Judge]) -> Option<Actuated> {
-    let mut starts = points(kind, scales)?;
-    let mut best = None;
-    for judge in judges {
-        let mut judged: Vec<Actuated> =
-            starts.into_par_iter().filter_map(|parameters| judge.judged(kind, parameters)).collect();
-        judged.retain(|actuated| actuated.gain > WORTH);
-        let judged = unlike(judged, SEARCHED);
-        let ended = judged.into_par_iter().enumerate().map(|(i, from)| judge.search(from, i as u64));
-        let ended = unlike(ended.collect(), GO_ON);
-        starts = ended.iter().map(|actuated| actuated.term.parameters.clone()).collect();
-        best = ended.into_iter().next();
+/// The liveliest stretch of each recording, of so many samples together.
+fn liveliest(recordings: &[Signals], samples: usize) -> Vec<Signals> {
+    let most = samples / recordings.len().max(1);
+    let part = |signals: &Signals| {
+        let stretch = signals.liveliest(most);
+        signals.part(stretch.start, stretch.end)
+    };
+    recordings.iter().map(part).collect()
+}
+
+/// Those that find where to begin, and the one that decides.
+struct Judges {
+    first: Vec<Judge>,
+    last: Judge,
+}
+
+impl Judges {
+    fn new(bare: &Loop, recordings: &[Signals]) -> Option<Self> {
+        let longest = recordings.iter().map(Signals::len).max().unwrap_or(0);
+        let coarse = Judge::new(bare, recordings, longest.div_ceil(FEW));
+        let short = Judge::new(bare, &liveliest(recordings, FEW), 1);
+        let first = coarse.into_iter().chain(short).collect();
+        Some(Self { first, last: Judge::new(bare, recordings, 1)? })
     }
-    best
+
+    /// The best of a kind, from its own grid on.
+    fn best_of(&self, kind: &'static Kind, scales: &Scales) -> Option<Actuated> {
+        let all = points(kind, scales)?;
+        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, all.clone()));
+        let begun = begun.map(|actuated| actuated.term.parameters).collect();
+        self.last.climbed(kind, begun).into_iter().next()
+    }
 }
 
 /// The best ones of unlike numbers.
@@ -127,6 +137,16 @@ impl Judge {
         let gains = self.of_each.iter().map(|regression| regression.gain(&actuated(&at_work, &regression.u)));
         let gain = gains.sum::<Option<f64>>()?;
         gain.is_finite().then_some(Actuated { term, gain })
+    }
+
+    /// Where climbs from these numbers of a kind end, the best first.
+    fn climbed(&self, kind: &'static Kind, from: Vec<Vec<f64>>) -> Vec<Actuated> {
+        let judged = from.into_par_iter().filter_map(|parameters| self.judged(kind, parameters));
+        let mut judged: Vec<Actuated> = judged.collect();
+        judged.retain(|actuated| actuated.gain > WORTH);
+        let judged = unlike(judged, SEARCHED);
+        let ended = judged.into_par_iter().enumerate().map(|(i, from)| self.search(from, i as u64));
+        unlike(ended.collect(), GO_ON)
     }
 
     fn search(&self, from: Actuated, seed: u64) -> Actuated {

@@ -52,6 +52,21 @@ pub struct Point {
     pub x: Vec<f64>,
     /// One for each candidate term, in seconds; 0 for those that act from the start.
     pub onsets: Vec<f64>,
+    /// States in which recordings begin, where that is another one than the term's own.
+    pub begun: Vec<Begun>,
+}
+
+/// A state of a term in which a recording begins: where a valve's stem was, or what it drives in its play.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Begun {
+    /// Index into the loop's physics.
+    pub term: usize,
+    /// Index into its parameters.
+    pub parameter: usize,
+    /// Index into the recordings.
+    pub recording: usize,
+    /// Its value there.
+    pub value: f64,
 }
 
 /// A loop with free numbers.
@@ -182,7 +197,12 @@ impl Hypothesis {
         let own = self.candidates().iter().map(|term| term.onset_s);
         let onsets =
             own.enumerate().map(|(i, onset)| point.onsets.get(i).copied().unwrap_or(onset)).collect();
-        Point { x, onsets }
+        let is_same = |begun: &&Begun| {
+            let kind_of = |of: &Hypothesis| of.model.physics.get(begun.term).map(|term| term.kind);
+            kind_of(self).is_some_and(|kind| kind_of(narrower) == Some(kind))
+        };
+        let begun = point.begun.iter().filter(is_same).copied().collect();
+        Point { x, onsets, begun }
     }
 
     /// The point at which all numbers are as the hypothesis' own loop has them.
@@ -190,6 +210,7 @@ impl Hypothesis {
         Point {
             x: self.free.iter().map(|free| self.own_x(free)).collect(),
             onsets: self.candidates().iter().map(|term| term.onset_s).collect(),
+            begun: Vec::new(),
         }
     }
 
@@ -303,6 +324,19 @@ impl Hypothesis {
             growth_from_s,
         };
         Some(Realised { model, noise, constant_load, late_s })
+    }
+
+    /// The loop and the noise of a recording that begins in another state; none where it begins as the terms have it.
+    pub fn in_recording(realised: &Realised, point: &Point, recording: usize) -> Option<Realised> {
+        let mut own = None;
+        for begun in point.begun.iter().filter(|begun| begun.recording == recording) {
+            let own = own.get_or_insert_with(|| realised.clone());
+            let term = own.model.physics.get_mut(begun.term);
+            if let Some(value) = term.and_then(|term| term.parameters.get_mut(begun.parameter)) {
+                *value = begun.value;
+            }
+        }
+        own
     }
 
     /// The load that the constant load is counted from.

@@ -222,6 +222,12 @@ impl Data {
         self.healthy_from < self.recordings.len()
     }
 
+    /// The recordings that count, but for the healthy ones.
+    pub fn of_the_fault(&self) -> Vec<usize> {
+        let until = self.healthy_from.min(self.recordings.len());
+        (0..until).filter(|recording| self.fitted.get(*recording).is_some_and(|fitted| *fitted > 0)).collect()
+    }
+
     /// Samples at the beginning of a recording that don't count.
     fn given(&self, recording: usize) -> usize {
         self.given.get(recording).copied().unwrap_or(0)
@@ -397,6 +403,8 @@ fn rows_from(hypothesis: &Hypothesis, point: &Point, runs: Vec<Innovations>) -> 
 struct Ready {
     realised: Realised,
     healthy: Option<Realised>,
+    /// Of each recording that begins in another state.
+    begun: Vec<Option<Realised>>,
     /// The gains of each recording, and the first state that they correct.
     gains: Vec<(Arc<Vec<Stretch>>, usize)>,
 }
@@ -421,7 +429,10 @@ impl Ready {
             cache.gains(of, data, samples, (which, jumps))
         };
         let gains: Option<Vec<_>> = (0..data.recordings.len()).map(of_recording).collect();
-        Some(Self { gains: gains?, realised, healthy })
+        let begun = |recording: usize| Hypothesis::in_recording(&realised, point, recording);
+        let begun =
+            if point.begun.is_empty() { Vec::new() } else { (0..data.recordings.len()).map(begun).collect() };
+        Some(Self { gains: gains?, begun, realised, healthy })
     }
 
     /// The filter for a recording, and where it starts.
@@ -434,7 +445,7 @@ impl Ready {
     ) -> Option<(Filter<'_>, Start)> {
         let realised = match &self.healthy {
             Some(healthy) if recording >= data.healthy_from => healthy,
-            _ => &self.realised,
+            _ => self.begun.get(recording).and_then(Option::as_ref).unwrap_or(&self.realised),
         };
         let (gains, first_state) = self.gains.get(recording)?;
         let filter = Filter {

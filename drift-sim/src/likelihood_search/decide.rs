@@ -187,7 +187,9 @@ fn cost(fit: &Fit, candidate: usize, idle: usize, samples: f64) -> f64 {
     let is_onset =
         |i: &usize| matches!(hypothesis.free.get(*i).map(|free| free.target), Some(Target::Onset(_)));
     let numbers = hypothesis.places_of(candidate).iter().filter(|i| !is_onset(i)).count();
-    let numbers = numbers.saturating_sub(idle) as f64;
+    let index = hypothesis.stated + candidate;
+    let states = fit.point.begun.iter().filter(|begun| begun.term == index).count();
+    let numbers = (numbers.saturating_sub(idle) + states) as f64;
     let times = hypothesis.candidates().get(candidate).map_or(0, |term| {
         if term.spans.is_empty() { usize::from(has_onset(term.kind)) } else { 2 * term.spans.len() }
     });

@@ -82,8 +82,9 @@ impl<'a> Judge<'a> {
         let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
         let is_any_named = end.best.is_some() || end.quantum.is_some();
         let without = self.simulated(&conclude::loop_of(&end.base, self.case.nominal));
-        let found = self.concluded(end, &fit, beside);
-        let (model, shown) = self.shown(&found);
+        let unseen = self.unseen.as_ref().map(|unseen| unseen.beginning_as(&fit));
+        let found = self.concluded(end, (&fit, unseen.as_ref()), beside);
+        let (model, shown) = self.shown(&found, unseen.as_ref());
         let trial = Trial {
             found: &found,
             fit: &fit,
@@ -142,12 +143,17 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn concluded(&self, end: Found, fit: &Fit, beside: &Identified) -> Diagnosis {
+    fn concluded(
+        &self,
+        end: Found,
+        (fit, unseen): (&Fit, Option<&Unseen>),
+        beside: &Identified,
+    ) -> Diagnosis {
         let conclusion = Conclusion {
             stated: self.case.nominal,
             law: self.law.clone(),
             train: &self.train,
-            unseen: self.unseen.as_ref(),
+            unseen,
             sensor_sd: fit.rows.sensor_sd,
             factor: self.attempt.factor,
             not_used: self.parts.not_used,
@@ -160,13 +166,13 @@ impl<'a> Judge<'a> {
     }
 
     /// The improved loop, and what its simulations are held against.
-    fn shown(&self, found: &Diagnosis) -> (Loop, Signals) {
-        match &self.unseen {
+    fn shown(&self, found: &Diagnosis, unseen: Option<&Unseen>) -> (Loop, Signals) {
+        match unseen {
             Some(unseen) if found.improved.controller == Controller::Recorded => {
                 unseen.first_behind_play(&found.improved)
             }
             unseen => {
-                let shown = unseen.as_ref().map_or(&self.train, Unseen::first);
+                let shown = unseen.map_or(&self.train, Unseen::first);
                 (found.improved.clone(), shown.clone())
             }
         }

@@ -13,6 +13,7 @@ mod all_samples;
 mod alternatives;
 mod apart;
 mod attempts;
+mod begun;
 mod climb;
 mod comes_and_goes;
 pub(crate) mod conclude;

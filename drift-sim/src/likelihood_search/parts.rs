@@ -53,8 +53,8 @@ impl Parts {
     pub fn shown(&self) -> (Signals, Option<Unseen>) {
         let (first, fitted) = (&self.recordings[0], self.fitted[0]);
         let unseen = match self.recordings.last().filter(|_| self.has_holdout) {
-            Some(holdout) => Unseen::of(std::iter::once((holdout, 0))),
-            None => Unseen::of(self.recordings.iter().zip(self.fitted.iter().copied())),
+            Some(holdout) => Unseen::of(std::iter::once((self.recordings.len() - 1, (holdout, 0)))),
+            None => Unseen::of(self.recordings.iter().zip(self.fitted.iter().copied()).enumerate()),
         };
         (first.part(0, fitted), unseen)
     }

@@ -8,6 +8,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Kind, Parameter, Place, Start, Starts};
 use crate::stage;
 
+use super::begun;
 use super::decide::cost_of;
 use super::glance::{Glance, Round, gain_over, second_round};
 use super::idle;
@@ -229,6 +230,7 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
         if let Some(place) = rough.first().filter(|_| kind.parameters.iter().any(is_rough_time)) {
             whole_samples(fit, *place, data, &tangent);
         }
+        begun::settle(fit, data);
         fit.descend(data, AGAIN, &fixed);
     }
 }
@@ -249,6 +251,7 @@ fn rough_again(fit: &mut Fit, data: &Data) {
     let Some(tangent) = fit.tangent(data, &rough) else { return };
     rough.iter().for_each(|place| fit.profile(data, &[*place], &tangent));
     fit.descend(data, AGAIN, &stuck(&fit.hypothesis));
+    begun::settle(fit, data);
 }
 
 /// Moves the onset of each candidate that begins at once by few samples, the other numbers with it, until that helps no more: what was found first had begun

@@ -2,7 +2,7 @@
 //! before is judged again beside what came after.
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Point, Target};
+use crate::estimate::hypothesis::{Begun, Point, Target};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Starts, Term};
 
@@ -398,7 +398,9 @@ pub fn without(fit: &Fit, index: usize, data: &Data) -> Option<Fit> {
     }
     let mut onsets = fit.point.onsets.clone();
     onsets.remove(index);
-    let mut without = Fit::at(&hypothesis, &Point { x, onsets }, data)?;
+    let kept = fit.point.begun.iter().filter(|begun| begun.term != gone);
+    let begun = kept.map(|begun| Begun { term: one_less(begun.term, gone), ..*begun }).collect();
+    let mut without = Fit::at(&hypothesis, &Point { x, onsets, begun }, data)?;
     without.descend(data, REFIT_STEPS, &[]);
     Some(without)
 }
@@ -422,12 +424,16 @@ pub fn with_last_stated(fit: &Fit, data: &Data) -> Option<Fit> {
 
 /// A number's target once a term before it is gone.
 fn earlier(target: Target, gone: usize) -> Target {
-    let one_less = |term: usize| if term > gone { term - 1 } else { term };
     match target {
-        Target::Term { term, parameter } => Target::Term { term: one_less(term), parameter },
-        Target::Onset(term) => Target::Onset(one_less(term)),
+        Target::Term { term, parameter } => Target::Term { term: one_less(term, gone), parameter },
+        Target::Onset(term) => Target::Onset(one_less(term, gone)),
         other => other,
     }
+}
+
+/// A term's index once one before it is gone.
+fn one_less(term: usize, gone: usize) -> usize {
+    if term > gone { term - 1 } else { term }
 }
 
 /// The rival that a decision names.

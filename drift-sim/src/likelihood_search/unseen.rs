@@ -5,12 +5,18 @@
 use crate::control_loop::Loop;
 use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, fit_of, improvement, quiet_run, run, without_noise};
+use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::Begun;
 use crate::estimate::signals::{LEAST_SAMPLES, Signals, held};
-use crate::physics::{Family, Place, Term};
+use crate::physics::{Family, Kind, Place, Term};
 use crate::simulate::{Trace, actuated};
 
 /// The end of a recording that nothing was fitted to.
+#[derive(Clone)]
 struct End {
+    /// The recording's index, and the states in which it begins where those are not a term's own: the kind, the parameter's index and its value.
+    recording: usize,
+    begun: Vec<(&'static Kind, usize, f64)>,
     whole: Signals,
     /// How many samples of it come before.
     before: usize,
@@ -18,20 +24,35 @@ struct End {
 }
 
 /// What nothing was fitted to of each recording.
+#[derive(Clone)]
 pub struct Unseen {
     ends: Vec<End>,
 }
 
 impl Unseen {
-    /// Of recordings, each from a sample on; `None` where too little is left.
-    pub fn of<'a>(recordings: impl Iterator<Item = (&'a Signals, usize)>) -> Option<Self> {
-        let end = |(whole, before): (&Signals, usize)| {
+    /// Of recordings, each with its index and from a sample on; `None` where too little is left.
+    pub fn of<'a>(recordings: impl Iterator<Item = (usize, (&'a Signals, usize))>) -> Option<Self> {
+        let end = |(recording, (whole, before)): (usize, (&Signals, usize))| {
             let signals = whole.part(before, whole.len());
             let is_enough = before == 0 || signals.len() > LEAST_SAMPLES;
-            is_enough.then(|| End { whole: whole.clone(), before, signals })
+            is_enough.then(|| End { recording, begun: Vec::new(), whole: whole.clone(), before, signals })
         };
         let ends: Vec<End> = recordings.filter_map(end).collect();
         (!ends.is_empty()).then_some(Self { ends })
+    }
+
+    /// The same, each recording beginning in the states that a fit found for it.
+    #[must_use]
+    pub fn beginning_as(&self, fit: &Fit) -> Self {
+        let of_kind = |begun: &Begun| {
+            let kind = fit.hypothesis.model.physics.get(begun.term)?.kind;
+            Some((kind, begun.parameter, begun.value))
+        };
+        let begun_as = |end: &End| {
+            let own = fit.point.begun.iter().filter(|begun| begun.recording == end.recording);
+            End { begun: own.filter_map(of_kind).collect(), ..end.clone() }
+        };
+        Self { ends: self.ends.iter().map(begun_as).collect() }
     }
 
     /// The samples of the first recording.
@@ -78,8 +99,21 @@ impl Unseen {
 }
 
 impl End {
+    /// A loop as it is when the recording begins.
+    fn begun(&self, model: &Loop) -> Loop {
+        let mut own = model.clone();
+        for (kind, parameter, value) in &self.begun {
+            let of_kind = own.physics.iter_mut().filter(|term| term.kind == *kind);
+            of_kind
+                .filter_map(|term| term.parameters.get_mut(*parameter))
+                .for_each(|parameter| *parameter = *value);
+        }
+        own
+    }
+
     /// The loop without play and sticking, over what leaves these: where a stem is at the end's beginning follows from all that came before.
     fn behind_play(&self, model: &Loop) -> (Loop, Signals) {
+        let model = &self.begun(model);
         let (play, others): (Vec<Term>, Vec<Term>) =
             model.physics.iter().cloned().partition(|term| {
                 term.kind.family == Some(Family::Play) && term.kind.place == Place::Actuator
@@ -98,7 +132,7 @@ impl End {
             let (model, signals) = self.behind_play(model);
             return run(&model, &signals, seed);
         }
-        let mut trace = run(model, &self.whole, seed)?;
+        let mut trace = run(&self.begun(model), &self.whole, seed)?;
         for values in [&mut trace.y, &mut trace.u, &mut trace.true_y] {
             values.drain(..self.before.min(values.len()));
         }

@@ -13,7 +13,10 @@ pub(super) static KIND: Kind = Kind {
     begins: Begins::Start,
     parameters: &[
         Parameter::new("width", "{u}", Range::NotNegative, |s, _| s.u).rough(),
-        Parameter::new("place_at_start", "1", Range::Between(-1.0, 1.0), |_, _| 1.0).rough().or(0.0),
+        Parameter::new("place_at_start", "1", Range::Between(-1.0, 1.0), |_, _| 1.0)
+            .rough()
+            .or(0.0)
+            .state_up_to(|_| 1.0),
     ],
     applies: every_plant,
     consistent: any_values,

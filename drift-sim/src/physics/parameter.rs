@@ -88,6 +88,8 @@ pub struct Parameter {
     pub limits: bool,
     /// Its value where a file leaves it out; `None`: it may not be left out.
     pub default: Option<f64>,
+    /// How large it may be, as the term's parameters tell, where it is a state in which a recording begins: each recording has its own. `None` of a number that stays.
+    pub state: Option<fn(&[f64]) -> f64>,
 }
 
 impl Parameter {
@@ -108,6 +110,7 @@ impl Parameter {
             neutral: 0.0,
             limits: false,
             default: None,
+            state: None,
         }
     }
 
@@ -150,6 +153,12 @@ impl Parameter {
     /// The same with a value for where a file leaves it out.
     pub(super) const fn or(mut self, value: f64) -> Self {
         self.default = Some(value);
+        self
+    }
+
+    /// The same of a state in which a recording begins, up to this size.
+    pub(super) const fn state_up_to(mut self, most: fn(&[f64]) -> f64) -> Self {
+        self.state = Some(most);
         self
     }
 

@@ -25,6 +25,8 @@ pub enum Starts {
         fine: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Many more of them, for a peak that lies between those.
         finest: fn(&[f64]) -> Vec<Vec<f64>>,
+        /// Those at which other tops lie that do nearly what this one does, given the parameters at a top.
+        in_step: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Parameters with which it does what a term of another kind does, where there are any: a fit of that leads to its peak as well.
         like: fn(&Term) -> Option<Vec<f64>>,
     },

@@ -13,12 +13,12 @@ pub(super) static KIND: Kind = Kind {
     parameters: &[
         Parameter::new("stick_band", "{u}", Range::NotNegative, |s, _| s.u).rough(),
         Parameter::new("slip_jump", "{u}", Range::NotNegative, |s, _| s.u).rough(),
-        Parameter::new("stem_at_start", "{u}", Range::Any, |s, _| s.u).rough().or(0.0),
+        Parameter::new("stem_at_start", "{u}", Range::Any, |s, _| s.u).rough().or(0.0).state_up_to(|p| p[0]),
     ],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(Stiction { stick_band: p[0], rest: p[0] - p[1], at_start: p[2], stem: None }),
-    search: Starts::Peak { coarse, dense, fine, finest, like },
+    search: Starts::Peak { coarse, dense, fine, finest, in_step, like },
     family: Some(Family::Play),
     excitation: "Slow changes of u, also in one direction.",
     ties: &["backlash"],
@@ -64,6 +64,27 @@ fn lag(band: f64, jump: f64) -> f64 {
 
 fn fine(fit: &[f64]) -> Vec<Vec<f64>> {
     points(fit, &in_ratio(LAGS), &in_ratio(JUMPS))
+}
+
+/// Half jumps by which a band may be off while the stem slips at the same times, and the parts of the jump about each, as far apart as the last number says.
+const HALF_JUMPS: i32 = 6;
+const ABOUT: [f64; 3] = [-0.032, 0.032, 0.004];
+
+/// Valves that slip in step with this one: while u goes one way the stem is on by a jump from slip to slip, whatever the band; only from one way to the other it stays for twice the band
+/// less the jump, and slips at the same times again where that differs by whole jumps. Loads that jump where u turns make up for it: the band was one jump short in one loop, and half a
+/// jump beside backlash in another (`tests/cases/run 9322 9323`).
+fn in_step(top: &[f64]) -> Vec<Vec<f64>> {
+    let [band, jump, stem] = [0, 1, 2].map(|i| top.get(i).copied().unwrap_or(0.0));
+    let [from, to, step] = ABOUT;
+    let count = libm::round((to - from) / step) as i32;
+    let others = (-HALF_JUMPS..=HALF_JUMPS).filter(|halves| *halves != 0);
+    let off = others
+        .flat_map(|halves| (0..=count).map(move |i| 0.5 * f64::from(halves) + from + step * f64::from(i)));
+    // Nothing jumps by more than twice its band.
+    off.map(|off| band + off * jump)
+        .filter(|band| *band > 0.5 * jump)
+        .map(|band| vec![band, jump, stem])
+        .collect()
 }
 
 fn finest(fit: &[f64]) -> Vec<Vec<f64>> {
@@ -137,6 +158,16 @@ mod tests {
         let mut valve = Stiction { stick_band: 2.5, rest: 1.0, at_start: 2.0, stem: None };
         let stems: Vec<f64> = (0..7).map(|u| valve.actuator(0.0, f64::from(u))).collect();
         assert_eq!(stems, [2.0, 2.0, 2.0, 2.0, 2.0, 4.0, 4.0]);
+    }
+
+    /// A band of 3.2 and a jump of 1.7: among the valves in step with it are those of 4.05 and 4.9, and none that jumps out of its band.
+    #[test]
+    fn bands_that_differ_by_half_jumps_are_in_step() {
+        let others = in_step(&[3.2, 1.7, 0.3]);
+        let has =
+            |band: f64| others.iter().any(|other| (other[0] - band).abs() < 1e-9 && other[1..] == [1.7, 0.3]);
+        assert!(has(4.05) && has(4.9) && has(1.5) && !has(3.2));
+        assert!(others.iter().all(|other| other[0] > 0.85));
     }
 
     /// Whatever a valve jumps by, one of the finest points about a fit that lags a tenth less and hardly jumps is near enough for a climb of reach 0.4 %: within 0.2 % of the

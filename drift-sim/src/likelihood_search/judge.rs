@@ -103,7 +103,7 @@ impl<'a> Judge<'a> {
         // without it.
         let is_own_guess = self.case.is_its_own_guess();
         let is_proven = trial.proves() && (is_noise || !is_own_guess);
-        let is_sure = is_noise || trial.cycles_as_measured() || (is_proven && trial.explains_nearly_all());
+        let is_sure = is_noise || trial.cycles_as_measured() || (is_proven && trial.leaves_noise());
         let is_shown = if !is_any_named {
             // The law is judged by its own error.
             is_noise || !self.law.terms.is_empty() || trial.proves_numbers()

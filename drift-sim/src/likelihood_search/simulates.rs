@@ -118,6 +118,15 @@ impl Trial<'_> {
         after.error() < LEFT_OF_NEARLY_ALL * before.error()
     }
 
+    /// The same of what the loop without it misses beyond its sensor's noise.
+    pub fn leaves_noise(&self) -> bool {
+        let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {
+            return false;
+        };
+        let floor = self.found.noise_floor.map_or(0.0, FitPct::error);
+        after.error() - floor < LEFT_OF_NEARLY_ALL * (before.error() - floor)
+    }
+
     /// Whether something strong is named that brings a simulation closer.
     pub fn confirms(&self) -> bool {
         let (Some(before), Some(after)) = (self.without, self.found.unseen_fits().after) else {

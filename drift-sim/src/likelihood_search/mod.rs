@@ -310,8 +310,8 @@ impl Case<'_> {
         };
         // The steps of a coarse sensor have lines of their own.
         let may_swing = quantum.is_none() && self.may_swing(&found, parts);
-        // Where waves may not be told from what a mass or an unknown plant does at rest, neither explanation stands alone.
-        let under_waves = (quantum.is_none() && !may_swing)
+        // Where waves may not be told from what a mass or an unknown plant does at rest, or from steps, neither explanation stands alone.
+        let under_waves = (!may_swing)
             .then(|| swinging_load::instead(&found, &first, options))
             .flatten()
             .map(|(found, field)| Search { data: &found.data, options, is_plant_open }.run(field));

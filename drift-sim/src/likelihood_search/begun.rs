@@ -1,14 +1,16 @@
 //! Where what plays or sticks was when a recording began: no recording shows it, and each has its own. The first one's is a number of the term, which the others share until one of their own
 //! pays for a number.
 
+use crate::cores::AcrossCores as _;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Begun, Point, Target};
-use crate::estimate::likelihood::Data;
+use crate::estimate::lanes::LANES;
+use crate::estimate::likelihood::{Cache, Data, rows_at};
 
 use super::decide::cost_of_numbers;
 
 /// Values to either side of the middle that are tried first, and halvings of their distance about the best.
-const SIDES: i32 = 8;
+const SIDES: i32 = 4;
 const HALVINGS: usize = 5;
 
 /// Moves the states in which recordings begin to where they are likeliest, where that pays for the numbers that are free then.
@@ -27,6 +29,7 @@ pub fn settle(fit: &mut Fit, data: &Data) {
     // The first one's moves those that share it as well, then alone.
     let together = std::iter::once((*first, &recordings[..1]));
     let alone = recordings.iter().map(|recording| (*recording, &recordings[..]));
+    let alone = alone.filter(|_| recordings.len() > 1);
     for (term, parameter) in states {
         for (recording, apart) in together.clone().chain(alone.clone()) {
             let state = State { term, parameter, recording, apart };
@@ -52,19 +55,29 @@ impl State<'_> {
         let realised = fit.hypothesis.realise(&fit.point)?;
         let term = realised.model.physics.get(self.term)?;
         let most = (term.kind.parameters.get(self.parameter)?.state?)(&term.parameters);
-        let at = |value: f64| Some((value, Fit::at(&fit.hypothesis, &self.moved(fit, value)?, data)?));
-        let likelier = |a: (f64, Fit), b: (f64, Fit)| if b.1.objective() < a.1.objective() { b } else { a };
+        // Nothing that the filter's gains follow from changes with it.
+        let near = Cache::at(&fit.hypothesis, &fit.point, data);
+        let likeliest = |values: Vec<f64>| {
+            let moved = values.into_iter().filter_map(|value| Some((value, self.moved(fit, value)?)));
+            let (values, points): (Vec<f64>, Vec<Point>) = moved.unzip();
+            let each = points.chunks(LANES).into_par_iter();
+            let rows = each.map(|points| rows_at(&fit.hypothesis, points, data, &near));
+            let objectives = rows.flatten().map(|rows| rows.map(|rows| rows.objective));
+            let known = objectives.zip(values).filter_map(|(objective, value)| Some((objective?, value)));
+            known.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
         let sides = (-SIDES..=SIDES).map(|side| most * f64::from(side) / f64::from(SIDES));
-        let mut best = sides.chain([self.value(fit)?]).filter_map(at).reduce(likelier)?;
+        let mut best = likeliest(sides.chain([self.value(fit)?]).collect())?;
         let mut width = most / f64::from(SIDES);
         for _ in 0..HALVINGS {
             width *= 0.5;
-            let beside = [best.0 - width, best.0 + width].into_iter().filter(|value| value.abs() <= most);
-            best = beside.filter_map(at).fold(best, likelier);
+            let beside = [best.1 - width, best.1 + width].into_iter().filter(|value| value.abs() <= most);
+            best = likeliest(beside.collect()).filter(|other| other.0 < best.0).unwrap_or(best);
         }
-        let more = best.1.point.begun.len().saturating_sub(fit.point.begun.len());
+        let point = self.moved(fit, best.1)?;
+        let more = point.begun.len().saturating_sub(fit.point.begun.len());
         let pays = 2.0 * cost_of_numbers(more as f64, fit.rows.count as f64);
-        (best.1.objective() < fit.objective() - pays).then_some(best.1)
+        (best.0 < fit.objective() - pays).then(|| Fit::at(&fit.hypothesis, &point, data))?
     }
 
     /// The state now.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Point, Target};
 use crate::estimate::likelihood::Data;
-use crate::physics::Starts;
+use crate::physics::{Shared, Starts};
 use crate::plant::Role;
 
 use super::decide::independent_share;
@@ -70,6 +70,11 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
             *width = f64::INFINITY;
         }
     }
+    for (place, shared) in shared(fit).filter(|_| !data.has_healthy()) {
+        if let Some(width) = widths.get_mut(place) {
+            *width = libm::hypot(*width, NORMAL_95 * shared);
+        }
+    }
     // A needle's top has many peaks: all that are as likely are in the interval.
     let is_as_likely = |peak: &Fit| peak.objective() < fit.objective() + CHI_SQUARED_3 / share;
     let peaks: Vec<Fit> = peaks(fit, data, &needle::ABOUT).into_iter().filter(is_as_likely).collect();
@@ -84,6 +89,25 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
         }
     }
     widths
+}
+
+/// Places of the candidates' numbers that another number can take up wholly, with the deviation of that one before any recording: the rows tell the two together alone, but for what cutting
+/// time into samples makes of them. Healthy recordings, in which the candidates are not, tell the other one.
+fn shared(fit: &Fit) -> impl Iterator<Item = (usize, f64)> {
+    let hypothesis = &fit.hypothesis;
+    hypothesis.free.iter().enumerate().filter_map(|(place, free)| {
+        let Target::Term { term, parameter } = free.target else { return None };
+        let of = hypothesis.model.physics.get(term).filter(|_| term >= hypothesis.stated)?;
+        let other = match of.kind.parameters.get(parameter)?.shared? {
+            Shared::ConstantLoad => Target::ConstantLoad,
+            Shared::Viscous => {
+                Target::Plant(hypothesis.numbers.iter().position(|number| number.role == Role::Viscous)?)
+            }
+        };
+        let other = hypothesis.place(other)?;
+        let (free, x) = (hypothesis.free.get(other)?, fit.point.x.get(other)?);
+        Some((place, free.prior? * free.slope(*x).abs()))
+    })
 }
 
 /// Slope of the constant load in the numbers, at a step of this.
@@ -159,4 +183,69 @@ fn by_profile(fit: &Fit, data: &Data, tangent: &Tangent, places: &[usize], rise:
         far.abs()
     };
     Some(end(1.0).max(end(-1.0)) * slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::*;
+    use crate::control_loop::Loop;
+    use crate::estimate::signals::Signals;
+    use crate::likelihood_search::options::Options;
+    use crate::likelihood_search::simulates::sequence;
+    use crate::likelihood_search::{self, nominal};
+    use crate::physics::Term;
+
+    const SAMPLES: usize = 4_000;
+    const SUBSTEPS: usize = 50;
+    /// Dry and viscous friction forward and back, beside the motor's own.
+    const DRY: [f64; 2] = [0.3, 0.12];
+    const VISCOUS: [f64; 2] = [0.2, 0.05];
+
+    /// The speed of a motor of inertia 0.5 and viscous friction 1.1 under a torque that swings, written out in small steps; a speed sensor of 1e-4.
+    fn motor() -> Signals {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let noise = sequence(SAMPLES, 1e-4, 0.0, &mut random);
+        let u: Vec<f64> =
+            (0..SAMPLES).map(|n| 2.0 * libm::sin(n as f64 / 90.0) + libm::sin(n as f64 / 41.0)).collect();
+        let mut speed = 0.0_f64;
+        let y = u.iter().zip(noise).map(|(u, noise)| {
+            let shown = speed + noise;
+            for _ in 0..SUBSTEPS {
+                let way = usize::from(speed < 0.0);
+                let dry = if speed == 0.0 { 0.0 } else { DRY[way].copysign(speed) };
+                speed += 0.01 / SUBSTEPS as f64 * (u - (1.1 + VISCOUS[way]) * speed - dry) / 0.5;
+            }
+            shown
+        });
+        let y: Vec<f64> = y.collect();
+        Signals { sample_time_s: 0.01, r: y.clone(), y, u, ..Signals::default() }
+    }
+
+    /// A motor whose own friction was stated a tenth too small: the friction by direction is told up to what that, and a load, may be.
+    #[test]
+    fn what_a_number_of_the_loop_can_do_as_well_is_in_the_interval() {
+        let text = "[loop]\nsample_time_s = 0.01\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"servo\"\noutput = \"speed\"\ninertia = 0.5\nviscous = 1.0\nactuator_gain = 1.0\n";
+        let model = Loop::parse(text, "a motor").unwrap();
+        let recordings = vec![motor()];
+        let plain = likelihood_search::hypothesis(&model, &recordings, &Options::default());
+        let data = Data::new(&plain, recordings, vec![SAMPLES]);
+        let numbers =
+            [("coulomb_pos", 0.2), ("coulomb_neg", 0.2), ("viscous_pos", 0.0), ("viscous_neg", 0.0)];
+        let hypothesis = plain.with(Term::new("directional_friction", &numbers).unwrap());
+        let fit = nominal::fit(&hypothesis, &data).unwrap();
+        let widths = half_widths(&fit, &data);
+        let term = fit.hypothesis.realise(&fit.point).unwrap().model.physics.pop().unwrap();
+        let truth = [DRY[0], DRY[1], VISCOUS[0], VISCOUS[1]];
+        for ((place, value), truth) in
+            fit.hypothesis.places_of(0).into_iter().zip(&term.parameters).zip(truth)
+        {
+            assert!((value - truth).abs() < widths[place], "{value} +- {}, {truth}", widths[place]);
+        }
+        // What the two directions differ by is told however much they share.
+        let [forward, back] = [term.parameters[2], term.parameters[3]];
+        assert!((forward - back - 0.15).abs() < 0.02, "{term:?}");
+    }
 }

@@ -3,8 +3,8 @@
 //! change nothing).
 
 use super::{
-    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Starts, any_values, grid, is_servo,
-    shown,
+    Begins, Effect, Family, Hook, Kind, Motion, Parameter, Place, Range, Shared, Starts, any_values, grid,
+    is_servo, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -12,10 +12,18 @@ pub(super) static KIND: Kind = Kind {
     place: Place::Plant,
     begins: Begins::Start,
     parameters: &[
-        Parameter::new("coulomb_pos", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals(),
-        Parameter::new("coulomb_neg", "{drive}", Range::NotNegative, |s, _| s.drive).of_signals(),
-        Parameter::new("viscous_pos", "{drive}/{speed}", Range::Any, |s, _| s.drive / s.speed).of_signals(),
-        Parameter::new("viscous_neg", "{drive}/{speed}", Range::Any, |s, _| s.drive / s.speed).of_signals(),
+        Parameter::new("coulomb_pos", "{drive}", Range::NotNegative, |s, _| s.drive)
+            .of_signals()
+            .shared_with(Shared::ConstantLoad),
+        Parameter::new("coulomb_neg", "{drive}", Range::NotNegative, |s, _| s.drive)
+            .of_signals()
+            .shared_with(Shared::ConstantLoad),
+        Parameter::new("viscous_pos", "{drive}/{speed}", Range::Any, |s, _| s.drive / s.speed)
+            .of_signals()
+            .shared_with(Shared::Viscous),
+        Parameter::new("viscous_neg", "{drive}/{speed}", Range::Any, |s, _| s.drive / s.speed)
+            .of_signals()
+            .shared_with(Shared::Viscous),
     ],
     applies: is_servo,
     consistent: any_values,

@@ -49,7 +49,7 @@ mod unmodelled_lag;
 mod viscous_friction;
 
 pub use effect::{Context, Effect, Follows, Hook, Motion, Numbers};
-pub use parameter::{Parameter, Range, Searched};
+pub use parameter::{Parameter, Range, Searched, Shared};
 pub use scales::Scales;
 pub use starts::{Over, Start, Starts, Weight, grid};
 pub use stiction::stem;

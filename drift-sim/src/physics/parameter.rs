@@ -66,6 +66,15 @@ const LONGEST_LAG: f64 = 1.0 / 3.0;
 /// Scales of a signal from which on nothing is of its size: a drive that rests nearly all the time may peak at some ten of its deviations.
 const MOST_SCALES: f64 = 100.0;
 
+/// A number of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shared {
+    /// The load that stays.
+    ConstantLoad,
+    /// A servo's viscous friction.
+    Viscous,
+}
+
 /// One parameter of a kind.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
@@ -90,6 +99,8 @@ pub struct Parameter {
     pub default: Option<f64>,
     /// How large it may be, as the term's parameters tell, where it is a state in which a recording begins: each recording has its own. `None` of a number that stays.
     pub state: Option<fn(&[f64]) -> f64>,
+    /// The number of the loop that can do wholly what this one does, where there is one: only the two together are told.
+    pub shared: Option<Shared>,
 }
 
 impl Parameter {
@@ -111,6 +122,7 @@ impl Parameter {
             limits: false,
             default: None,
             state: None,
+            shared: None,
         }
     }
 
@@ -159,6 +171,12 @@ impl Parameter {
     /// The same of a state in which a recording begins, up to this size.
     pub(super) const fn state_up_to(mut self, most: fn(&[f64]) -> f64) -> Self {
         self.state = Some(most);
+        self
+    }
+
+    /// The same where a number of the loop can do what this one does.
+    pub(super) const fn shared_with(mut self, shared: Shared) -> Self {
+        self.shared = Some(shared);
         self
     }
 

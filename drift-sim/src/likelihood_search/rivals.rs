@@ -230,7 +230,7 @@ fn to_the_end(fit: &mut Fit, kind: &Kind, data: &Data) {
         if let Some(place) = rough.first().filter(|_| kind.parameters.iter().any(is_rough_time)) {
             whole_samples(fit, *place, data, &tangent);
         }
-        begun::settle(fit, data);
+        settle_states(fit, data);
         fit.descend(data, AGAIN, &fixed);
     }
 }
@@ -242,6 +242,13 @@ fn rough_numbers(fit: &Fit) -> Vec<usize> {
     fit.hypothesis.places_of(last).into_iter().filter(is_rough).collect()
 }
 
+/// Moves the states in which recordings begin; those of a needle only at its top, for beside it they lead away.
+fn settle_states(fit: &mut Fit, data: &Data) {
+    if stuck(&fit.hypothesis).is_empty() {
+        begun::settle(fit, data);
+    }
+}
+
 /// Moves the last term's rough numbers by little.
 fn rough_again(fit: &mut Fit, data: &Data) {
     let rough = rough_numbers(fit);
@@ -251,7 +258,7 @@ fn rough_again(fit: &mut Fit, data: &Data) {
     let Some(tangent) = fit.tangent(data, &rough) else { return };
     rough.iter().for_each(|place| fit.profile(data, &[*place], &tangent));
     fit.descend(data, AGAIN, &stuck(&fit.hypothesis));
-    begun::settle(fit, data);
+    settle_states(fit, data);
 }
 
 /// Moves the onset of each candidate that begins at once by few samples, the other numbers with it, until that helps no more: what was found first had begun

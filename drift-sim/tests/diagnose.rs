@@ -307,8 +307,7 @@ const FLOW: &str = "[loop]\nsample_time_s = 0.5\n[units]\nr = \"m3/h\"\ny = \"m3
     [controller]\nkind = \"pi\"\nkp = 1.2\nki = 0.2\nu_min = 0.0\nu_max = 100.0\n\
     [plant]\nkind = \"first-order\"\ngain = 0.92\ntime_constant_s = 5.7\ndelay_s = 1.2\n[sensor]\nnoise = 0.15\n";
 
-/// A flow loop at rest, whose valve sticks: the likelihood is a needle, 0.3 % of the band wide, and backlash is likelier than anything beside it. One of the four may be left open: the
-/// last one is.
+/// A flow loop at rest, whose valve sticks: the likelihood is a needle, 0.3 % of the band wide, and backlash is likelier than anything beside it.
 #[test]
 #[ignore = "slow: four diagnoses"]
 fn a_sticking_valve_is_found_to_a_part_in_a_hundred() {
@@ -323,14 +322,9 @@ fn a_sticking_valve_is_found_to_a_part_in_a_hundred() {
             Recording { sample_time_s: 0.5, r, y: trace.y, u: trace.u, state, ..Recording::default() };
         Signals::new(&recording, &truth).unwrap()
     };
-    let mut open = 0;
     for seed in 0..4 {
         let (train, holdout) = (recorded(2 * seed), recorded(2 * seed + 1));
         let found = diagnose(&[train], Some(&holdout), &stated(FLOW)).unwrap();
-        if found.physics.is_empty() {
-            open += 1;
-            continue;
-        }
         let [named] = found.physics.as_slice() else { panic!("seed {seed}: {:?}", found.physics) };
         assert_eq!(named.term.kind.name, "stiction", "seed {seed}");
         let [band, jump, _] = named.term.parameters.as_slice() else { panic!("{:?}", named.term) };
@@ -339,7 +333,6 @@ fn a_sticking_valve_is_found_to_a_part_in_a_hundred() {
             "seed {seed}: {band} {jump}"
         );
     }
-    assert!(open <= 1, "{open} of 4 are left open");
 }
 
 const LEVEL: &str = "[loop]\nsample_time_s = 1.0\n[units]\nr = \"%\"\ny = \"%\"\nu = \"%\"\n\

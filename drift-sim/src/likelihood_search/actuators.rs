@@ -30,10 +30,16 @@ const GO_ON: usize = 4;
 const UNLIKE: f64 = 0.05;
 const STEPS: usize = 60;
 const REACH: f64 = 0.15;
+/// Steps from the points of every jump, and their reach: as far apart as the points are, then as far as a peak is wide in the short stretch.
+const CLOSER_STEPS: usize = 120;
+const CLOSER_REACH: f64 = 0.02;
+const CLOSEST_REACH: f64 = 0.005;
 /// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
 const WORTH: f64 = 3.0;
 /// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
 const LEAST_GAIN: f64 = 15.0;
+/// States to either side of the middle in which a recording may have begun.
+const STATES: i32 = 24;
 /// Actuators that go on.
 const KEPT: usize = 2;
 
@@ -90,10 +96,60 @@ impl Judges {
     /// The best of a kind, from its own grid on.
     fn best_of(&self, kind: &'static Kind, scales: &Scales) -> Option<Actuated> {
         let all = points(kind, scales)?;
-        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, all.clone()));
-        let begun = begun.map(|actuated| actuated.term.parameters).collect();
-        self.last.climbed(kind, begun).into_iter().next()
+        let wide = (STEPS, REACH);
+        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, all.clone(), wide));
+        let found = self.ended(kind, begun, wide)?;
+        let other = self.of_every_jump(&found).filter(|other| other.gain > found.gain);
+        Some(other.unwrap_or(found))
     }
+
+    /// The best of a kind whose peak is narrow, from every jump about what was found: in a short stretch the peak is wide enough for a grid.
+    fn of_every_jump(&self, found: &Actuated) -> Option<Actuated> {
+        let kind = found.term.kind;
+        let Starts::Peak { every_jump, .. } = kind.search else { return None };
+        let short = self.first.last().filter(|_| found.gain > LEAST_GAIN)?;
+        let points = every_jump(&found.term.parameters);
+        let begun = short.climbed(kind, points, (CLOSER_STEPS, CLOSER_REACH));
+        self.ended(kind, begun, (CLOSER_STEPS, CLOSEST_REACH))
+    }
+
+    /// The best one where climbs end that begin at these.
+    fn ended(
+        &self,
+        kind: &'static Kind,
+        begun: impl IntoIterator<Item = Actuated>,
+        steps: (usize, f64),
+    ) -> Option<Actuated> {
+        let begun = begun.into_iter().map(|actuated| actuated.term.parameters).collect();
+        self.last.climbed(kind, begun, steps).into_iter().next()
+    }
+}
+
+/// A term as each recording tells it, in the state in which that began: where a stem was, what plays. A slip leads to the next one, so that a stem that began elsewhere in its jump
+/// goes on beside the true one.
+pub fn in_each(term: &Term, model: &Loop, recordings: &[Signals], fitted: &[usize]) -> Vec<Term> {
+    let bare = Loop { physics: Vec::new(), ..model.clone() };
+    let each = recordings.iter().zip(fitted);
+    each.map(|(signals, fitted)| began(term, &bare, &signals.part(0, *fitted)).unwrap_or(term.clone()))
+        .collect()
+}
+
+/// The term in the likeliest of the states in which a recording may have begun; none where it has none, or where the recording tells nothing of it.
+fn began(term: &Term, bare: &Loop, signals: &Signals) -> Option<Term> {
+    let (place, most) = term.kind.parameters.iter().enumerate().find_map(|(place, parameter)| {
+        let most = parameter.state?(&term.parameters);
+        Some((place, most))
+    })?;
+    let judge = Judge::new(bare, std::slice::from_ref(signals), 1)?;
+    let states = (-STATES..=STATES).map(|side| {
+        let mut parameters = term.parameters.clone();
+        let state = most * f64::from(side) / f64::from(STATES);
+        parameters.iter_mut().skip(place).take(1).for_each(|value| *value = state);
+        parameters
+    });
+    let judged = states.into_par_iter().filter_map(|parameters| judge.judged(term.kind, parameters));
+    let judged: Vec<Actuated> = judged.collect();
+    judged.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).map(|actuated| actuated.term)
 }
 
 /// The best ones of unlike numbers.
@@ -139,25 +195,21 @@ impl Judge {
         gain.is_finite().then_some(Actuated { term, gain })
     }
 
-    /// Where climbs from these numbers of a kind end, the best first.
-    fn climbed(&self, kind: &'static Kind, from: Vec<Vec<f64>>) -> Vec<Actuated> {
+    /// Where climbs of so many steps of such a reach from these numbers of a kind end, the best first.
+    fn climbed(&self, kind: &'static Kind, from: Vec<Vec<f64>>, steps: (usize, f64)) -> Vec<Actuated> {
         let judged = from.into_par_iter().filter_map(|parameters| self.judged(kind, parameters));
         let mut judged: Vec<Actuated> = judged.collect();
         judged.retain(|actuated| actuated.gain > WORTH);
         let judged = unlike(judged, SEARCHED);
-        let ended = judged.into_par_iter().enumerate().map(|(i, from)| self.search(from, i as u64));
+        let ended = judged.into_par_iter().enumerate().map(|(i, from)| self.search(from, steps, i as u64));
         unlike(ended.collect(), GO_ON)
     }
 
-    fn search(&self, from: Actuated, seed: u64) -> Actuated {
+    fn search(&self, from: Actuated, (count, reach): (usize, f64), seed: u64) -> Actuated {
         let kind = from.term.kind;
         let worth = |parameters: &[f64]| Some(self.judged(kind, parameters.to_vec())?.gain);
-        let (parameters, gain) = climb(
-            kind,
-            (from.term.parameters.clone(), from.gain),
-            Steps { count: STEPS, reach: REACH, seed },
-            worth,
-        );
+        let (parameters, gain) =
+            climb(kind, (from.term.parameters.clone(), from.gain), Steps { count, reach, seed }, worth);
         Actuated { term: Term { parameters, ..from.term }, gain }
     }
 }

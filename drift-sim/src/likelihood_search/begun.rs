@@ -6,11 +6,13 @@ use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Begun, Point, Target};
 use crate::estimate::lanes::LANES;
 use crate::estimate::likelihood::{Cache, Data, rows_at};
+use crate::physics::Starts;
 
 use super::decide::cost_of_numbers;
 
-/// Values to either side of the middle that are tried first, and halvings of their distance about the best.
+/// Values to either side of the middle that are tried first, of a needle's state more, for its likelihood repeats from jump to jump; and halvings of their distance about the best.
 const SIDES: i32 = 4;
+const SIDES_OF_A_NEEDLE: i32 = 16;
 const HALVINGS: usize = 5;
 
 /// Log-likelihood that a state of its own must gain besides: beside a top a likelihood is ragged, and states that gain less lead away from it. Where recordings do begin apart, one state for all
@@ -70,9 +72,10 @@ impl State<'_> {
             let known = objectives.zip(values).filter_map(|(objective, value)| Some((objective?, value)));
             known.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        let sides = (-SIDES..=SIDES).map(|side| most * f64::from(side) / f64::from(SIDES));
+        let count = if matches!(term.kind.search, Starts::Peak { .. }) { SIDES_OF_A_NEEDLE } else { SIDES };
+        let sides = (-count..=count).map(|side| most * f64::from(side) / f64::from(count));
         let mut best = likeliest(sides.chain([self.value(fit)?]).collect())?;
-        let mut width = most / f64::from(SIDES);
+        let mut width = most / f64::from(count);
         for _ in 0..HALVINGS {
             width *= 0.5;
             let beside = [best.1 - width, best.1 + width].into_iter().filter(|value| value.abs() <= most);

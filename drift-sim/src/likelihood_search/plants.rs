@@ -16,6 +16,7 @@ use crate::plant::{Plant, StateSpace, TransferFunction};
 use crate::simulate::actuated;
 
 use super::actuators;
+use super::begun;
 use super::equation_error;
 use super::nominal;
 use super::options::Options;
@@ -146,8 +147,10 @@ pub fn with_actuators(
     let seen = recordings.iter().zip(fitted).filter(|(signals, fitted)| 2 * **fitted >= signals.len());
     let seen: Vec<Signals> = seen.map(|(signals, fitted)| signals.part(0, *fitted)).collect();
     let terms = actuators::likeliest(model, &seen, &scales);
+    let in_each = terms.iter().map(|term| actuators::in_each(term, model, recordings, fitted));
+    let in_each: Vec<Vec<Term>> = in_each.collect();
     if is_open {
-        let behind = terms.iter().filter_map(|term| behind(term, model, recordings, fitted, options));
+        let behind = in_each.iter().filter_map(|each| behind(each, model, recordings, fitted, options));
         let behind: Vec<Candidate> = behind.collect();
         let plain = plants.into_iter().map(|plant| Candidate { plant, offered: Vec::new() });
         let wave = wave_in_u::of(&seen);
@@ -155,7 +158,7 @@ pub fn with_actuators(
         return plain.chain(behind).chain(beside_wave).collect();
     }
     let with_offers = |plant: Identified| {
-        let offered = terms.iter().filter_map(|term| beside(term, &plant)).collect();
+        let offered = in_each.iter().filter_map(|each| beside(each.first()?, &plant)).collect();
         Candidate { plant, offered }
     };
     plants.into_iter().map(with_offers).collect()
@@ -164,21 +167,26 @@ pub fn with_actuators(
 /// The fit of a term beside a plant.
 fn beside(term: &Term, plant: &Identified) -> Option<(&'static Kind, Fit)> {
     let wider = plant.nominal.hypothesis.with(term.clone());
-    Some((term.kind, nominal::fit_noise(&wider, plant.data.look(), &wider.places_of(0))?))
+    let look = plant.data.look();
+    let mut fit = nominal::fit_noise(&wider, look, &wider.places_of(0))?;
+    begun::settle(&mut fit, look);
+    Some((term.kind, fit))
 }
 
-/// An unknown plant behind an actuator.
+/// An unknown plant behind an actuator, as each recording tells it.
 fn behind(
-    term: &Term,
+    in_each: &[Term],
     model: &Loop,
     recordings: &[Signals],
     fitted: &[usize],
     options: &Options,
 ) -> Option<Candidate> {
     let options = guessing(options);
-    let at_work = Loop { physics: vec![term.clone()], ..model.clone() };
-    let moved = |signals: &Signals| Signals { u: actuated(&at_work, &signals.u), ..signals.clone() };
-    let of: Vec<Signals> = recordings.iter().map(moved).collect();
+    let moved = |(signals, term): (&Signals, &Term)| {
+        let at_work = Loop { physics: vec![term.clone()], ..model.clone() };
+        Signals { u: actuated(&at_work, &signals.u), ..signals.clone() }
+    };
+    let of: Vec<Signals> = recordings.iter().zip(in_each).map(moved).collect();
     let (of, options) = (&of, &options);
     let identification =
         Identification { model, beside: None, of, until: fitted, direction: direction(of), options };
@@ -186,7 +194,7 @@ fn behind(
     let hypothesis = super::hypothesis(&found, recordings, options);
     let data = Data::new(&hypothesis, recordings.to_vec(), fitted.to_vec());
     let plant = Identified::looked_at(&hypothesis, data, true, options)?;
-    let offered = vec![beside(term, &plant)?];
+    let offered = vec![beside(in_each.first()?, &plant)?];
     Some(Candidate { plant, offered })
 }
 

@@ -21,6 +21,8 @@ pub enum Starts {
         coarse: fn(&Scales) -> Vec<Start>,
         /// The points that are tried where one costs no simulation.
         dense: fn(&Scales) -> Vec<Vec<f64>>,
+        /// Those of every jump about parameters that may lie beside the peak, for a stretch of few samples.
+        every_jump: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Those about the parameters of a fit.
         fine: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Many more of them, for a peak that lies between those.

@@ -38,8 +38,12 @@ const CLOSEST_REACH: f64 = 0.005;
 const WORTH: f64 = 3.0;
 /// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
 const LEAST_GAIN: f64 = 15.0;
-/// States to either side of the middle in which a recording may have begun.
+/// States to either side of the middle in which a recording may have begun, and of each that slips in step with the best one.
 const STATES: i32 = 24;
+const STATES_IN_STEP: i32 = 8;
+/// Log-likelihood from which on a narrow peak is looked for at every jump, and times that the search goes on to one that slips in step with it.
+const LEAST_NEEDLED: f64 = 60.0;
+const AGAIN: usize = 3;
 /// Actuators that go on.
 const KEPT: usize = 2;
 
@@ -103,14 +107,29 @@ impl Judges {
         Some(other.unwrap_or(found))
     }
 
-    /// The best of a kind whose peak is narrow, from every jump about what was found: in a short stretch the peak is wide enough for a grid.
+    /// The best of a kind whose peak is narrow, from every jump about what was found, for in a short stretch the peak is wide enough for a grid; then from one to the next of those that slip in
+    /// step with it.
     fn of_every_jump(&self, found: &Actuated) -> Option<Actuated> {
         let kind = found.term.kind;
-        let Starts::Peak { every_jump, .. } = kind.search else { return None };
-        let short = self.first.last().filter(|_| found.gain > LEAST_GAIN)?;
+        let Starts::Peak { every_jump, in_step, .. } = kind.search else { return None };
+        let short = self.first.last().filter(|_| found.gain > LEAST_NEEDLED)?;
         let points = every_jump(&found.term.parameters);
         let begun = short.climbed(kind, points, (CLOSER_STEPS, CLOSER_REACH));
-        self.ended(kind, begun, (CLOSER_STEPS, CLOSEST_REACH))
+        let closest = (CLOSER_STEPS, CLOSEST_REACH);
+        let mut best = self.ended(kind, begun, closest)?;
+        if found.gain > best.gain {
+            best = Actuated { term: found.term.clone(), gain: found.gain };
+        }
+        for _ in 0..AGAIN {
+            let others = in_step(&best.term.parameters).into_iter();
+            let others = others.flat_map(|parameters| states(kind, parameters, STATES_IN_STEP)).collect();
+            let Some(other) = self.last.climbed(kind, others, closest).into_iter().next() else { break };
+            if other.gain < best.gain + WORTH {
+                break;
+            }
+            best = other;
+        }
+        Some(best)
     }
 
     /// The best one where climbs end that begin at these.
@@ -136,20 +155,28 @@ pub fn in_each(term: &Term, model: &Loop, recordings: &[Signals], fitted: &[usiz
 
 /// The term in the likeliest of the states in which a recording may have begun; none where it has none, or where the recording tells nothing of it.
 fn began(term: &Term, bare: &Loop, signals: &Signals) -> Option<Term> {
-    let (place, most) = term.kind.parameters.iter().enumerate().find_map(|(place, parameter)| {
-        let most = parameter.state?(&term.parameters);
-        Some((place, most))
-    })?;
-    let judge = Judge::new(bare, std::slice::from_ref(signals), 1)?;
-    let states = (-STATES..=STATES).map(|side| {
-        let mut parameters = term.parameters.clone();
-        let state = most * f64::from(side) / f64::from(STATES);
-        parameters.iter_mut().skip(place).take(1).for_each(|value| *value = state);
-        parameters
-    });
+    let states = states(term.kind, term.parameters.clone(), STATES);
+    let judge = Judge::new(bare, std::slice::from_ref(signals), 1).filter(|_| states.len() > 1)?;
     let judged = states.into_par_iter().filter_map(|parameters| judge.judged(term.kind, parameters));
     let judged: Vec<Actuated> = judged.collect();
     judged.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).map(|actuated| actuated.term)
+}
+
+/// A kind's parameters with so many states to either side of the middle in which a recording may have begun; the same where it has no state.
+fn states(kind: &Kind, parameters: Vec<f64>, sides: i32) -> Vec<Vec<f64>> {
+    let state = kind.parameters.iter().position(|parameter| parameter.state.is_some());
+    let Some((place, most)) =
+        state.and_then(|place| Some((place, (kind.parameters.get(place)?.state?)(&parameters))))
+    else {
+        return vec![parameters];
+    };
+    let with = |side: i32| {
+        let mut parameters = parameters.clone();
+        let state = most * f64::from(side) / f64::from(sides);
+        parameters.iter_mut().skip(place).take(1).for_each(|value| *value = state);
+        parameters
+    };
+    (-sides..=sides).map(with).collect()
 }
 
 /// The best ones of unlike numbers.

@@ -110,7 +110,9 @@ impl<'a> Judge<'a> {
         } else if self.attempt.is_further() || least.is_some() {
             // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to, and one that the
             // plant was guessed from nearly all of it.
-            (is_proven || (is_noise && trial.confirms())) && (!is_own_guess || trial.explains_nearly_all())
+            (is_proven || (is_noise && trial.confirms()))
+                && (!is_own_guess || trial.explains_nearly_all())
+                && !trial.names_noise_alone()
         } else {
             is_sure || is_proven
         };

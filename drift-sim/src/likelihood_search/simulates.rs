@@ -140,6 +140,12 @@ impl Trial<'_> {
         self.found.physics.iter().any(is_play)
     }
 
+    /// Whether all that is named is noise of the sensor, of which a simulation shows nothing.
+    pub fn names_noise_alone(&self) -> bool {
+        let is_noise = |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange);
+        !self.found.physics.is_empty() && self.found.physics.iter().all(is_noise)
+    }
+
     /// Whether something is named that gains more than this in log-likelihood.
     pub fn names_what_gains(&self, least: f64) -> bool {
         self.found.physics.iter().any(|named| named.train_gain > least)

@@ -36,7 +36,7 @@ const CLOSER_REACH: f64 = 0.02;
 const CLOSEST_REACH: f64 = 0.005;
 /// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
 const WORTH: f64 = 3.0;
-/// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
+/// Log-likelihood by which an actuator must foretell y better than none, and from another state than it was found in better than from that: its numbers are the best of hundreds.
 const LEAST_GAIN: f64 = 15.0;
 /// States to either side of the middle in which a recording may have begun, and of each that slips in step with the best one.
 const STATES: i32 = 24;
@@ -153,13 +153,15 @@ pub fn in_each(term: &Term, model: &Loop, recordings: &[Signals], fitted: &[usiz
         .collect()
 }
 
-/// The term in the likeliest of the states in which a recording may have begun; none where it has none, or where the recording tells nothing of it.
+/// The term in the likeliest of the states in which a recording may have begun; none where it has none, or where the one that it was found with is about as likely.
 fn began(term: &Term, bare: &Loop, signals: &Signals) -> Option<Term> {
     let states = states(term.kind, term.parameters.clone(), STATES);
     let judge = Judge::new(bare, std::slice::from_ref(signals), 1).filter(|_| states.len() > 1)?;
     let judged = states.into_par_iter().filter_map(|parameters| judge.judged(term.kind, parameters));
     let judged: Vec<Actuated> = judged.collect();
-    judged.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).map(|actuated| actuated.term)
+    let best = judged.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+    let as_found = judge.judged(term.kind, term.parameters.clone()).map_or(0.0, |found| found.gain);
+    (best.gain > as_found + LEAST_GAIN).then_some(best.term)
 }
 
 /// A kind's parameters with so many states to either side of the middle in which a recording may have begun; the same where it has no state.

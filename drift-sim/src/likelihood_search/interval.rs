@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::fit::{Fit, Tangent};
-use crate::estimate::hypothesis::{Point, Target};
+use crate::estimate::hypothesis::{Free, Point, Target};
 use crate::estimate::likelihood::Data;
 use crate::physics::{Shared, Starts};
 use crate::plant::Role;
@@ -88,7 +88,25 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
             }
         }
     }
+    for (place, most) in states(fit) {
+        // All that it may be is no interval.
+        if let Some(width) = widths.get_mut(place).filter(|width| **width > most) {
+            *width = f64::INFINITY;
+        }
+    }
     widths
+}
+
+/// Places of the numbers in which a recording begins, with the most that each may be of either sign.
+fn states(fit: &Fit) -> Vec<(usize, f64)> {
+    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return Vec::new() };
+    let free = fit.hypothesis.free.iter().enumerate();
+    let state = |(place, free): (usize, &Free)| {
+        let Target::Term { term, parameter } = free.target else { return None };
+        let term = realised.model.physics.get(term)?;
+        Some((place, (term.kind.parameters.get(parameter)?.state?)(&term.parameters)))
+    };
+    free.filter_map(state).collect()
 }
 
 /// Places of the candidates' numbers that another number can take up wholly, with the deviation of that one before any recording: the rows tell the two together alone, but for what cutting

@@ -10,7 +10,8 @@ use crate::physics::Starts;
 
 use super::decide::cost_of_numbers;
 
-/// Values to either side of the middle that are tried first, of a needle's state more, for its likelihood repeats from jump to jump; and halvings of their distance about the best.
+/// Values to either side of the middle that are tried first, of a needle's state more, for its likelihood repeats from jump to jump; and halvings of their distance about the best. Beside a
+/// guessed plant a valve with numbers enough to choose from does what a motor's friction does.
 const SIDES: i32 = 4;
 const SIDES_OF_A_NEEDLE: i32 = 16;
 const HALVINGS: usize = 5;
@@ -72,7 +73,8 @@ impl State<'_> {
             let known = objectives.zip(values).filter_map(|(objective, value)| Some((objective?, value)));
             known.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        let count = if matches!(term.kind.search, Starts::Peak { .. }) { SIDES_OF_A_NEEDLE } else { SIDES };
+        let is_needle = matches!(term.kind.search, Starts::Peak { .. }) && !fit.hypothesis.is_guessed;
+        let count = if is_needle { SIDES_OF_A_NEEDLE } else { SIDES };
         let sides = (-count..=count).map(|side| most * f64::from(side) / f64::from(count));
         let mut best = likeliest(sides.chain([self.value(fit)?]).collect())?;
         let mut width = most / f64::from(count);

@@ -38,19 +38,25 @@ pub fn numbers(fit: &Fit, data: &Data) -> usize {
     hypothesis.places_of(last).iter().filter(|place| is_idle(place)).count()
 }
 
-/// Whether the last candidate does anything to u once the filter has settled. A limit that only the first samples exceed explains how a recording begins, which nobody
-/// knows, and nothing else. True of what acts elsewhere.
+/// Whether the last candidate does anything to u once the filter has settled, and leaves something of it. A limit that only the first samples exceed explains how a recording begins, which
+/// nobody knows, and nothing else; one that u is beyond all the time cuts the loop, and explains that y does what it likes: at rest beside waves one was named for a spring (`tests/cases/run 9324`).
+/// True of what acts elsewhere.
 pub fn acts(fit: &Fit, data: &Data) -> bool {
     let Some(realised) = fit.hypothesis.realise(&fit.point) else { return false };
     let Some(last) = realised.model.physics.last().cloned() else { return true };
     if effect(&realised.model, &last).hooks() != [Hook::Actuator] {
         return true;
     }
+    let limits = last.kind.parameters.iter().any(|parameter| parameter.limits);
     let alone = Loop { physics: vec![last], ..realised.model };
-    data.recordings.iter().zip(&data.fitted).any(|(signals, fitted)| {
+    let (mut changes, mut leaves) = (false, !limits);
+    for (signals, fitted) in data.recordings.iter().zip(&data.fitted) {
         let u = signals.u.get(..*fitted).unwrap_or(&signals.u);
-        actuated(&alone, u).iter().zip(u).skip(SETTLING).any(|(left, u)| left != u)
-    })
+        let left = actuated(&alone, u);
+        changes |= left.iter().zip(u).skip(SETTLING).any(|(left, u)| left != u);
+        leaves |= left.iter().zip(left.iter().skip(1)).skip(SETTLING).any(|(now, next)| now != next);
+    }
+    changes && leaves
 }
 
 #[cfg(test)]
@@ -71,13 +77,18 @@ mod tests {
         let recordings = vec![Signals { sample_time_s: 0.1, r: y.clone(), y, u, ..Signals::default() }];
         let nominal = hypothesis(&model, &recordings, &Options::default());
         let data = Data::new(&nominal, recordings, vec![600]);
-        for (lower, upper, idle) in [(-2.0, 0.8, 1), (-0.3, 3.0, 1), (-0.3, 0.8, 0), (-2.0, 3.0, 2)] {
+        let limited = |lower: f64, upper: f64| {
             let limited =
                 nominal.with(Term::new("saturation", &[("lower", lower), ("upper", upper)]).unwrap());
-            let fit = Fit::at(&limited, &limited.own_point(), &data).unwrap();
+            Fit::at(&limited, &limited.own_point(), &data).unwrap()
+        };
+        for (lower, upper, idle) in [(-2.0, 0.8, 1), (-0.3, 3.0, 1), (-0.3, 0.8, 0), (-2.0, 3.0, 2)] {
+            let fit = limited(lower, upper);
             assert_eq!(numbers(&fit, &data), idle, "{lower} .. {upper}");
             assert_eq!(acts(&fit, &data), idle < 2, "{lower} .. {upper}");
         }
+        // u is beyond the upper one all the time.
+        assert!(!acts(&limited(-2.0, -0.7), &data));
     }
 
     /// A kick of u at the beginning, as a step of the set-point makes it: a limit that it exceeds is none.

@@ -41,11 +41,12 @@ const LEAST_GAIN: f64 = 15.0;
 /// States to either side of the middle in which a recording may have begun, and of each that slips in step with the best one.
 const STATES: i32 = 24;
 const STATES_IN_STEP: i32 = 8;
-/// Log-likelihood from which on a narrow peak is looked for at every jump and a recording may begin in a state of its own, and times that the search goes on to one that slips in step with it.
+/// Log-likelihood from which on a narrow peak is looked for at every jump, and by which a recording's own state must foretell y better.
 const LEAST_NEEDLED: f64 = 60.0;
 /// Times what was found that a narrow peak must gain: exact slips stand far out (two to five times in three loops of `tests/cases/run 9324 9333`); where a valve slips at another band each time, the best of
 /// thousands is none.
 const STANDS_OUT: f64 = 1.5;
+/// Times that the search goes on to one that slips in step with the best one.
 const AGAIN: usize = 3;
 /// Actuators that go on.
 const KEPT: usize = 2;
@@ -147,20 +148,22 @@ impl Judges {
     }
 }
 
-/// A term as each recording tells it, in the state in which that began: where a stem was, what plays. A slip leads to the next one, so that a stem that began elsewhere in its jump
+/// A term as each recording tells it; one whose peak is narrow in the state in which that began. A slip leads to the next one, so that a stem that began elsewhere in its jump
 /// goes on beside the true one.
 pub fn in_each(term: &Term, model: &Loop, recordings: &[Signals], fitted: &[usize]) -> Vec<Term> {
+    if !matches!(term.kind.search, Starts::Peak { .. }) {
+        return vec![term.clone(); recordings.len()];
+    }
     let bare = Loop { physics: Vec::new(), ..model.clone() };
     let each = recordings.iter().zip(fitted);
     each.map(|(signals, fitted)| began(term, &bare, &signals.part(0, *fitted)).unwrap_or(term.clone()))
         .collect()
 }
 
-/// The term in the likeliest of the states in which a recording may have begun; none where it has none, or where the one that it was found with is about as likely.
+/// The term in the likeliest of the states in which a recording may have begun; none where the one that it was found with is about as likely.
 fn began(term: &Term, bare: &Loop, signals: &Signals) -> Option<Term> {
+    let judge = Judge::new(bare, std::slice::from_ref(signals), 1)?;
     let states = states(term.kind, term.parameters.clone(), STATES);
-    let is_needle = matches!(term.kind.search, Starts::Peak { .. });
-    let judge = Judge::new(bare, std::slice::from_ref(signals), 1).filter(|_| is_needle)?;
     let judged = states.into_par_iter().filter_map(|parameters| judge.judged(term.kind, parameters));
     let judged: Vec<Actuated> = judged.collect();
     let best = judged.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;

@@ -41,7 +41,7 @@ impl Named {
     }
 
     /// Whether it is in the noise, and in no simulation.
-    pub(super) fn is_noise_change(&self) -> bool {
+    pub(crate) fn is_noise_change(&self) -> bool {
         matches!(self.term.kind.search, Starts::NoiseChange)
     }
 }

@@ -13,6 +13,7 @@ use crate::simulate::actuated;
 
 use super::apart::apart;
 use super::climb::{Steps, climb};
+use super::needle;
 
 /// Samples of all recordings that are enough to tell actuators apart.
 const ENOUGH: usize = 8_000;
@@ -41,8 +42,6 @@ const LEAST_GAIN: f64 = 15.0;
 /// States to either side of the middle in which a recording may have begun, and of each that slips in step with the best one.
 const STATES: i32 = 24;
 const STATES_IN_STEP: i32 = 8;
-/// Log-likelihood from which on a narrow peak is looked for at every jump, and by which a recording's own state must foretell y better.
-const LEAST_NEEDLED: f64 = 60.0;
 /// Times what was found that a narrow peak must gain: exact slips stand far out (two to five times in three loops of `tests/cases/run 9324 9333`); where a valve slips at another band each time, the best of
 /// thousands is none.
 const STANDS_OUT: f64 = 1.5;
@@ -116,7 +115,7 @@ impl Judges {
     fn of_every_jump(&self, found: &Actuated) -> Option<Actuated> {
         let kind = found.term.kind;
         let Starts::Peak { every_jump, in_step, .. } = kind.search else { return None };
-        let short = self.first.last().filter(|_| found.gain > LEAST_NEEDLED)?;
+        let short = self.first.last().filter(|_| found.gain > needle::LEAST_GAIN)?;
         let points = every_jump(&found.term.parameters);
         let begun = short.climbed(kind, points, (CLOSER_STEPS, CLOSER_REACH));
         let closest = (CLOSER_STEPS, CLOSEST_REACH);
@@ -151,7 +150,7 @@ impl Judges {
 /// A term as each recording tells it; one whose peak is narrow in the state in which that began. A slip leads to the next one, so that a stem that began elsewhere in its jump
 /// goes on beside the true one.
 pub fn in_each(term: &Term, model: &Loop, recordings: &[Signals], fitted: &[usize]) -> Vec<Term> {
-    if !matches!(term.kind.search, Starts::Peak { .. }) {
+    if !term.kind.search.is_peak() {
         return vec![term.clone(); recordings.len()];
     }
     let bare = Loop { physics: Vec::new(), ..model.clone() };
@@ -168,19 +167,16 @@ fn began(term: &Term, bare: &Loop, signals: &Signals) -> Option<Term> {
     let judged: Vec<Actuated> = judged.collect();
     let best = judged.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
     let as_found = judge.judged(term.kind, term.parameters.clone()).map_or(0.0, |found| found.gain);
-    (best.gain > as_found + LEAST_NEEDLED).then_some(best.term)
+    (best.gain > as_found + needle::LEAST_GAIN).then_some(best.term)
 }
 
 /// A kind's parameters with so many states to either side of the middle in which a recording may have begun; the same where it has no state.
-fn states(kind: &Kind, parameters: Vec<f64>, sides: i32) -> Vec<Vec<f64>> {
-    let state = kind.parameters.iter().position(|parameter| parameter.state.is_some());
-    let Some((place, most)) =
-        state.and_then(|place| Some((place, (kind.parameters.get(place)?.state?)(&parameters))))
-    else {
-        return vec![parameters];
-    };
+fn states(kind: &'static Kind, parameters: Vec<f64>, sides: i32) -> Vec<Vec<f64>> {
+    let term = Term { kind, parameters, onset_s: 0.0, spans: Vec::new() };
+    let most = (0..kind.parameters.len()).find_map(|place| Some((place, term.most_of_state(place)?)));
+    let Some((place, most)) = most else { return vec![term.parameters] };
     let with = |side: i32| {
-        let mut parameters = parameters.clone();
+        let mut parameters = term.parameters.clone();
         let state = most * f64::from(side) / f64::from(sides);
         parameters.iter_mut().skip(place).take(1).for_each(|value| *value = state);
         parameters

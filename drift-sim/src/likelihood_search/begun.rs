@@ -6,7 +6,6 @@ use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Begun, Point, Target};
 use crate::estimate::lanes::LANES;
 use crate::estimate::likelihood::{Cache, Data, rows_at};
-use crate::physics::Starts;
 
 use super::decide::cost_of_numbers;
 
@@ -61,7 +60,7 @@ impl State<'_> {
     fn settled(&self, fit: &Fit, data: &Data) -> Option<Fit> {
         let realised = fit.hypothesis.realise(&fit.point)?;
         let term = realised.model.physics.get(self.term)?;
-        let most = (term.kind.parameters.get(self.parameter)?.state?)(&term.parameters);
+        let most = term.most_of_state(self.parameter)?;
         // Nothing that the filter's gains follow from changes with it.
         let near = Cache::at(&fit.hypothesis, &fit.point, data);
         let likeliest = |values: Vec<f64>| {
@@ -73,7 +72,7 @@ impl State<'_> {
             let known = objectives.zip(values).filter_map(|(objective, value)| Some((objective?, value)));
             known.min_by(|a, b| a.0.total_cmp(&b.0))
         };
-        let is_needle = matches!(term.kind.search, Starts::Peak { .. }) && !fit.hypothesis.is_guessed;
+        let is_needle = term.kind.search.is_peak() && !fit.hypothesis.is_guessed;
         let count = if is_needle { SIDES_OF_A_NEEDLE } else { SIDES };
         let sides = (-count..=count).map(|side| most * f64::from(side) / f64::from(count));
         let mut best = likeliest(sides.chain([self.value(fit)?]).collect())?;

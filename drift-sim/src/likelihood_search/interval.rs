@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Free, Point, Target};
 use crate::estimate::likelihood::Data;
-use crate::physics::{Shared, Starts};
+use crate::physics::Shared;
 use crate::plant::Role;
 
 use super::decide::independent_share;
@@ -104,7 +104,7 @@ fn states(fit: &Fit) -> Vec<(usize, f64)> {
     let state = |(place, free): (usize, &Free)| {
         let Target::Term { term, parameter } = free.target else { return None };
         let term = realised.model.physics.get(term)?;
-        Some((place, (term.kind.parameters.get(parameter)?.state?)(&term.parameters)))
+        Some((place, term.most_of_state(parameter)?))
     };
     free.filter_map(state).collect()
 }
@@ -155,7 +155,7 @@ fn farthest(of: &[Fit], from: &Fit, place: usize) -> f64 {
 /// The numbers of each term whose peak is as narrow as a needle, along which there is no slope.
 fn needles(fit: &Fit) -> Vec<Vec<usize>> {
     let terms = fit.hypothesis.candidates().iter().enumerate();
-    let sharp = terms.filter(|(_, term)| matches!(term.kind.search, Starts::Peak { .. }));
+    let sharp = terms.filter(|(_, term)| term.kind.search.is_peak());
     sharp.map(|(i, _)| fit.hypothesis.places_of(i)).collect()
 }
 

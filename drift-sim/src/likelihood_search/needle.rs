@@ -16,6 +16,8 @@ use super::climb::{Steps, climb};
 use super::rivals::{last_kind, stuck};
 use super::starts::{Look, needles};
 
+/// Log-likelihood from which on a needle is searched for: what gains less slips too seldom to have one.
+pub const LEAST_GAIN: f64 = 60.0;
 /// At the fine points all about a fit, and at the finest, of which few samples tell nothing.
 const FINE: Look = Look { seen: 6_000, first_seen: 2_500, run: 16, apart: 0.03, reach: 0.004 };
 const FINEST: Look = Look { first_seen: 6_000, ..FINE };

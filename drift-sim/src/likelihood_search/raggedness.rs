@@ -7,7 +7,6 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::likelihood::Data;
-use crate::physics::Starts;
 
 /// Points that are drawn about a fit, and how far from it, in deviations of its numbers.
 const DRAWN: usize = 8;
@@ -38,7 +37,7 @@ pub fn shaken_along(fit: &Fit, data: &Data, tangent: &Tangent) -> f64 {
 /// Numbers of which no curvature tells a deviation: those of terms whose likelihood is a needle.
 fn without_slope(fit: &Fit) -> Vec<usize> {
     let candidates = fit.hypothesis.candidates().iter().enumerate();
-    let peaks = candidates.filter(|(_, term)| matches!(term.kind.search, Starts::Peak { .. }));
+    let peaks = candidates.filter(|(_, term)| term.kind.search.is_peak());
     peaks.flat_map(|(candidate, _)| fit.hypothesis.places_of(candidate)).collect()
 }
 

@@ -12,7 +12,7 @@ use super::begun;
 use super::decide::cost_of;
 use super::glance::{Glance, Round, gain_over, second_round};
 use super::idle;
-use super::needle::{at_needle, near_needle, nearest_needle};
+use super::needle::{self, at_needle, near_needle, nearest_needle};
 use super::nominal;
 use super::standing_load::prior_row;
 use super::steadiness::is_steady;
@@ -28,9 +28,8 @@ const NEAR: f64 = 0.8;
 /// Part of the best one's gain from which on a kind's fit goes on over all samples, and steps of the others there.
 const ON_ALL: f64 = 0.5;
 const BEHIND: usize = 2;
-/// Part of the best one's gain, and gain, from which on a needle is searched for.
+/// Part of the best one's gain from which on a needle is searched for.
 const NEEDLED: f64 = 0.5;
-const LEAST_NEEDLED: f64 = 60.0;
 /// A kind is fitted to the end where its short fit gains more than this part of the best one's, or comes this close to it.
 const WORTH: f64 = 0.3;
 const CLOSE: f64 = 60.0;
@@ -97,8 +96,7 @@ pub fn grows(kind: &Kind) -> bool {
 pub fn stuck(hypothesis: &Hypothesis) -> Vec<usize> {
     let Some(last) = hypothesis.candidates().len().checked_sub(1) else { return Vec::new() };
     let places = hypothesis.places_of(last);
-    let is_peak =
-        hypothesis.candidates().last().is_some_and(|term| matches!(term.kind.search, Starts::Peak { .. }));
+    let is_peak = hypothesis.candidates().last().is_some_and(|term| term.kind.search.is_peak());
     if is_peak { places } else { Vec::new() }
 }
 
@@ -392,7 +390,8 @@ impl Field {
     /// A kind whose peak is as narrow as a needle, where it or one that does nearly the same is about as likely as the best one: its fit may lie beside
     /// the peak.
     fn search_needles(&mut self, data: &Data) {
-        let least = (NEEDLED * self.rivals.first().map_or(0.0, |best| self.gain(best))).max(LEAST_NEEDLED);
+        let least =
+            (NEEDLED * self.rivals.first().map_or(0.0, |best| self.gain(best))).max(needle::LEAST_GAIN);
         let likely: Vec<Rival> =
             self.rivals.iter().filter(|rival| self.gain(rival) > least).cloned().collect();
         for rival in self.rivals.iter_mut().filter(|rival| !stuck(&rival.fit.hypothesis).is_empty()) {

@@ -142,8 +142,7 @@ impl Trial<'_> {
 
     /// Whether all that is named is noise of the sensor, of which a simulation shows nothing.
     pub fn names_noise_alone(&self) -> bool {
-        let is_noise = |named: &Named| matches!(named.term.kind.search, Starts::NoiseChange);
-        !self.found.physics.is_empty() && self.found.physics.iter().all(is_noise)
+        !self.found.physics.is_empty() && self.found.physics.iter().all(Named::is_noise_change)
     }
 
     /// Whether something is named that gains more than this in log-likelihood.
@@ -414,5 +413,5 @@ fn is_rounding(named: &Named) -> bool {
 /// Noise and rounding change no prediction. Noise that shrinks is none: what a model lacks had been taken for noise before.
 fn is_noise(named: &Named) -> bool {
     let grows = named.term.parameters.first().is_some_and(|ratio| *ratio > 1.0);
-    (matches!(named.term.kind.search, Starts::NoiseChange) && grows) || is_rounding(named)
+    (named.is_noise_change() && grows) || is_rounding(named)
 }

@@ -298,6 +298,11 @@ impl Term {
         self
     }
 
+    /// The most that a parameter may be, of either sign, which is a state in which a recording begins; `None` for another one.
+    pub fn most_of_state(&self, parameter: usize) -> Option<f64> {
+        Some((self.kind.parameters.get(parameter)?.state?)(&self.parameters))
+    }
+
     /// The value of a parameter.
     pub fn value(&self, name: &str) -> Option<f64> {
         let index = self.kind.parameters.iter().position(|parameter| parameter.name == name)?;

@@ -45,6 +45,11 @@ pub enum Starts {
 }
 
 impl Starts {
+    /// Whether the likelihood is a peak as narrow as a needle.
+    pub fn is_peak(&self) -> bool {
+        matches!(self, Self::Peak { .. })
+    }
+
     /// The points that are tried, where there are any.
     pub fn points(&self, scales: &Scales) -> Option<Vec<Start>> {
         match self {

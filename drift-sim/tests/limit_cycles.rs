@@ -19,14 +19,15 @@ const LATE: usize = 2;
 const NOISE: f64 = 0.03;
 const RESONANCE: [f64; 2] = [1.1, -0.7];
 
-/// Under u = kp e + ki sum(e): the stem stays until it is `band` away from u, and that `scatters` by a part of it, then goes to where u is.
-fn flow([kp, ki]: [f64; 2], [band, scatters]: [f64; 2], seed: u64) -> Signals {
+/// Under u = kp e + ki sum(e): the stem stays until it is `band` away from u, and that `scatters` by a part of it, then goes to where u is. There it sticks again, or slides with u until
+/// u turns.
+fn flow([kp, ki]: [f64; 2], [band, scatters]: [f64; 2], slides: bool, seed: u64) -> Signals {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let (mut level, mut integral) = (0.0, 0.0);
     let mut noise = [0.0; 2];
     let mut stem = 0.6 * band;
-    let mut slips_at = band;
+    let (mut slips_at, mut way) = (band, 0.0);
     let mut in_pipe = [stem; LATE];
     let (mut y, mut u) = (Vec::new(), Vec::new());
     for _ in 0..SAMPLES {
@@ -35,8 +36,11 @@ fn flow([kp, ki]: [f64; 2], [band, scatters]: [f64; 2], seed: u64) -> Signals {
         let measured = level + now;
         integral -= ki * measured;
         let out = integral - kp * measured;
-        if (out - stem).abs() > slips_at {
+        let off: f64 = out - stem;
+        if slides && off * way > 0.0 {
             stem = out;
+        } else if off.abs() > slips_at {
+            (stem, way) = (out, off.signum());
             slips_at = band * (1.0 + scatters * draw());
         }
         y.push(measured);
@@ -64,37 +68,44 @@ fn found(signals: &Signals, law: &str) -> Diagnosis {
 
 const RECORDED: &str = "kind = \"recorded\"";
 
-/// How many of four valves, under a law that is known or not, are named as what plays; none is called friction or anything else.
-fn named(scatters: f64) -> usize {
-    let mut named = 0;
+/// Of how many of four valves, under a law that is known or not, what plays is named, and of how many something else.
+fn named(scatters: f64, slides: bool) -> [usize; 2] {
+    let mut named = [0, 0];
     for seed in 1..=4 {
-        let signals = flow([0.19, 0.02], [1.8, scatters], seed);
+        let signals = flow([0.19, 0.02], [1.8, scatters], slides, seed);
         for law in [RECORDED, "kind = \"pi\"\nkp = 0.19\nki = 0.02"] {
             let found = found(&signals, law);
             println!("scatter {scatters}, seed {seed}, {law:?}: {:?}, {:?}", found.verdict, found.physics);
             if let Some(first) = found.physics.first() {
-                assert_eq!(first.term.kind.family, Some(Family::Play), "seed {seed}: {:?}", found.physics);
-                named += 1;
+                named[usize::from(first.term.kind.family != Some(Family::Play))] += 1;
             }
         }
     }
     named
 }
 
-/// A valve whose band is the same within half a per cent is named.
+/// A valve whose band is the same within half a per cent is named, and nothing else.
 #[test]
 #[ignore = "slow: eight diagnoses of unknown plants"]
 fn a_valve_that_sticks_is_named() {
-    let named = named(0.005);
-    assert!(named >= 6, "{named} of 8");
+    let [plays, others] = named(0.005, false);
+    assert!(plays >= 6 && others == 0, "{plays} and {others} of 8");
 }
 
-/// Where it slips at another band each time, by 2 %, half of the valves are; the others stay open.
+/// Where it slips at another band each time, by 2 %, most of the valves are; the others stay open.
 #[test]
 #[ignore = "slow: eight diagnoses of unknown plants"]
 fn a_valve_that_slips_at_another_band_each_time_is_named_or_left_open() {
-    let named = named(0.02);
-    assert!(named >= 4, "{named} of 8");
+    let [plays, others] = named(0.02, false);
+    assert!(plays >= 5 && others == 0, "{plays} and {others} of 8");
+}
+
+/// A valve that slides with u once it has slipped is named, though its slips scatter by 2 %; one of eight cycles is taken for a wave of the load with a play beside it.
+#[test]
+#[ignore = "slow: eight diagnoses of unknown plants"]
+fn a_valve_that_slides_is_named() {
+    let [plays, others] = named(0.02, true);
+    assert!(plays >= 4 && others <= 1, "{plays} and {others} of 8");
 }
 
 /// A loop that swings by its tuning: not one of six is called anything.
@@ -102,7 +113,7 @@ fn a_valve_that_slips_at_another_band_each_time_is_named_or_left_open() {
 #[ignore = "slow: six diagnoses of unknown plants"]
 fn a_free_valve_in_a_loop_that_swings_is_not_called_anything() {
     for seed in 1..=3 {
-        let signals = flow([3.0, 0.25], [0.0, 0.0], seed);
+        let signals = flow([3.0, 0.25], [0.0, 0.0], false, seed);
         for law in [RECORDED, "kind = \"pi\"\nkp = 3.0\nki = 0.25"] {
             let found = found(&signals, law);
             assert!(found.physics.is_empty(), "seed {seed}, {law:?}: {:?}", found.physics);

@@ -12,7 +12,7 @@ use drift_sim::diagnose::shown::Shown;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, Fits, Named, Refitted, Verdict, diagnose, page, report};
 use drift_sim::monitor::{Chart, Outputs, Summary, screen, watch};
-use drift_sim::physics::{KINDS, Term};
+use drift_sim::physics::{KINDS, Parameter, Term};
 use drift_sim::recording::{ColumnMap, ReadOptions, RecordingStream};
 use drift_sim::reference::Reference;
 use drift_sim::report::{Block, Page};
@@ -273,7 +273,10 @@ fn with_term(found: &Found, kind: &str, size: f64, part: f64, onset_s: f64) -> O
     if !(kind.applies)(&found.diagnosis.nominal.plant) {
         return None;
     }
-    let parameters: Vec<f64> = (0..kind.parameters.len()).map(|i| size * (1.234_567_89 + i as f64)).collect();
+    let value = |(i, parameter): (usize, &Parameter)| {
+        if parameter.fitted { size * (1.234_567_89 + i as f64) } else { parameter.default.unwrap_or(0.0) }
+    };
+    let parameters: Vec<f64> = kind.parameters.iter().enumerate().map(value).collect();
     let term = Term { kind, parameters, onset_s, spans: Vec::new() };
     term.check().ok()?;
     let half_widths = term.parameters.iter().map(|p| part * p.abs()).collect();
@@ -572,13 +575,17 @@ fn a_healthy_loop_is_not_told_with_what_was_found() {
 fn a_jump_of_nothing_is_not_told() {
     let found = &founds()[0];
     let mut of = with_term(found, "stiction", 1.0, 0.1, 0.0).unwrap();
-    of.physics[0].term.parameters = vec![1.56, 0.04, 0.0];
-    of.physics[0].half_widths = vec![0.05, 0.12, f64::NAN];
+    of.physics[0].term.parameters = vec![1.56, 0.04, 0.0, 0.0];
+    of.physics[0].half_widths = vec![0.05, 0.12, f64::NAN, f64::INFINITY];
     let says = drift_sim::sentences::says(&of.physics[0], &of);
     assert_eq!(says, "The valve sticks until u is 1.56 % away from it, and then follows.");
     of.physics[0].half_widths[1] = 0.01;
     let says = drift_sim::sentences::says(&of.physics[0], &of);
     assert_eq!(says, "The valve sticks until u is 1.56 % away from it, then jumps by 0.04 %.");
+    of.physics[0].term.parameters[3] = 1.0;
+    let says = drift_sim::sentences::says(&of.physics[0], &of);
+    let slides = "The valve sticks until u is 1.56 % away from it, then jumps by 0.04 % and goes on with u until u turns.";
+    assert_eq!(says, slides);
 }
 
 /// Of two limits the one that was never reached is not told: its interval is wider than both are apart.

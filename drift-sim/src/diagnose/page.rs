@@ -286,7 +286,7 @@ impl Writing<'_> {
                     kind.name.replace('_', " "),
                     kind.place.name().into(),
                     number_name(parameter.name),
-                    match (width.is_finite(), nothing) {
+                    match (width.is_finite() || !parameter.fitted, nothing) {
                         (false, _) => format!("{shown} (not determined, or held)"),
                         (true, true) => format!("{shown} (may be nothing)"),
                         (true, false) => shown,

@@ -129,8 +129,7 @@ pub fn of_plant(i: usize, number: &Number, scales: &Scales, priors: &Priors, ts:
 pub fn of_term(index: usize, term: &Term, scales: &Scales) -> Vec<Free> {
     let mut free: Vec<Free> = Vec::new();
     for (i, (parameter, value)) in term.kind.parameters.iter().zip(&term.parameters).enumerate() {
-        // Noise that grows is no part of a prediction.
-        if parameter.name == "noise_growth_per_s" {
+        if !parameter.fitted {
             continue;
         }
         let scale = (parameter.scale)(scales, *value).abs().max(1e-300);

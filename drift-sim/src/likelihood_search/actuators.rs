@@ -100,11 +100,16 @@ impl Judges {
         Some(Self { first, last: Judge::new(bare, recordings, 1)? })
     }
 
-    /// The best of a kind, from its own grid on.
+    /// The best of a kind, from its own grid on: of each form by itself, for the points of one whose peak is wide would take the places of another's.
     fn best_of(&self, kind: &'static Kind, scales: &Scales) -> Option<Actuated> {
         let all = points(kind, scales)?;
+        let forms = all.chunk_by(|a, b| kind.is_one_form(a, b));
+        forms.filter_map(|points| self.best_from(kind, points)).max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    fn best_from(&self, kind: &'static Kind, points: &[Vec<f64>]) -> Option<Actuated> {
         let wide = (STEPS, REACH);
-        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, all.clone(), wide));
+        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, points.to_vec(), wide));
         let found = self.ended(kind, begun, wide)?;
         let other = self.of_every_jump(&found).filter(|other| other.gain > STANDS_OUT * found.gain);
         Some(other.unwrap_or(found))
@@ -200,6 +205,9 @@ struct Actuated {
 impl Actuated {
     fn is_like(&self, other: &Self) -> bool {
         let (a, b) = (&self.term.parameters, &other.term.parameters);
+        if !self.term.kind.is_one_form(a, b) {
+            return false;
+        }
         let largest = a.iter().chain(b).fold(0.0, |most: f64, x| most.max(x.abs()));
         a.iter().zip(b).all(|(a, b)| (a - b).abs() < UNLIKE * largest)
     }

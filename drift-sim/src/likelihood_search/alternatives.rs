@@ -15,10 +15,13 @@ const NEXT_TO_NO_LOAD: (f64, f64, f64) = (-6.0, 20.0, 0.0);
 const QUIET_STEPS: usize = 20;
 
 impl Found {
-    /// What may stand where this does not, the simplest first: what is named alone as another one of its family; nothing, where faults of the law or other numbers do; and where a
+    /// What may stand where this does not, the simplest first: what is named alone as another one of its family at its place; nothing, where faults of the law or other numbers do; and where a
     /// law closes the loop, each of these with numbers that were fitted under next to no random load, by which a simulation misses least.
     pub fn others<'a>(&self, data: &'a Data) -> impl Iterator<Item = Self> + use<'a> {
-        let family = |fit: &Fit| fit.hypothesis.candidates().last()?.kind.family;
+        let family = |fit: &Fit| {
+            let kind = fit.hypothesis.candidates().last()?.kind;
+            Some((kind.family?, kind.place))
+        };
         let named = self.best.as_ref().filter(|_| self.named.len() == 1);
         let of = named.and_then(family);
         let own = named.and_then(rivals::last_kind);

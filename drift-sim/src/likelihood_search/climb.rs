@@ -81,6 +81,9 @@ impl Climber {
         let (reach, random) = (self.reach, &mut self.random);
         let moved = kind.parameters.iter().zip(&self.best.0).map(|(parameter, value)| {
             let draw: f64 = StandardNormal.sample(random);
+            if !parameter.fitted {
+                return *value;
+            }
             parameter.neutral + libm::exp(reach * draw) * (value - parameter.neutral)
         });
         moved.collect()

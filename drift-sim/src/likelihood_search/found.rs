@@ -61,6 +61,11 @@ pub struct Found {
 }
 
 impl Found {
+    /// Whether what sticks or plays on the way to the plant is named.
+    pub fn names_play(&self) -> bool {
+        self.best.as_ref().is_some_and(|best| best.hypothesis.candidates().iter().any(Term::plays))
+    }
+
     /// The place that all kinds left share, or the loop.
     pub fn place(&self) -> Option<Place> {
         let mut places =

@@ -97,6 +97,7 @@ impl<'a> Judge<'a> {
             factor: self.attempt.factor,
             predicted,
             without: better(without, least),
+            play_gain: self.case.options.play_gain,
         };
         let is_nothing = !found.physics.is_empty() && found.physics.iter().all(Named::may_be_nothing);
         // A simulation proves it whatever else is in y, unless the plant was guessed from the very u that drives it; so does a cycle that the loop makes with what was named, and not
@@ -117,7 +118,8 @@ impl<'a> Judge<'a> {
             is_sure || is_proven
         };
         // Of a loop that holds, and of which nothing is known, a load that jumps moves all there is: no plant is told by that.
-        let is_told = !(is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings));
+        let is_told = trial.plays_strongly()
+            || !(is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings));
         let Options { guessed_gain, unknown_gain, .. } = *self.case.options;
         let is_plant_open = beside.is_guessed && self.case.healthy.is_empty();
         let least_gain = if is_own_guess && !is_proven && !trial.names_play() {

@@ -57,6 +57,9 @@ const VERY_TOP: Look = Look { seen: 30_000, first_seen: 30_000, run: 32, apart: 
 const BESIDE: Surroundings = Surroundings { count: 600, reach: 0.012, look: VERY_TOP };
 pub const ABOUT: Surroundings =
     Surroundings { count: 2_400, reach: 0.03, look: Look { run: 48, apart: 0.004, ..VERY_TOP } };
+/// Where other tops are looked for anywhere, and log-likelihood by which they may be behind.
+const ANYWHERE: Look = Look { seen: 6_000, first_seen: 6_000, run: 24, apart: 0.1, reach: 0.05 };
+const AS_LIKELY: f64 = 15.0;
 /// The least number as a part of the largest, and slides of the other numbers at a peak.
 const LEAST: f64 = 1e-3;
 const SLIDES: usize = 2;
@@ -71,6 +74,19 @@ const HIGHER: f64 = 1.0;
 const DRAWN: usize = 128;
 const SCATTER: f64 = 0.03;
 const HALVES: usize = 8;
+
+/// A fit's last term in its kind's other forms, in which it does about the same.
+pub fn in_other_forms(fit: &Fit, data: &Data) -> Vec<Fit> {
+    let Some((kind, about)) = last_kind(fit).zip(parameters(fit)) else { return Vec::new() };
+    let Starts::Peak { forms, .. } = kind.search else { return Vec::new() };
+    let other = |parameters: Vec<f64>| {
+        let mut hypothesis = fit.hypothesis.clone();
+        hypothesis.model.physics.last_mut()?.parameters.clone_from(&parameters);
+        let point = hypothesis.started(&fit.point, &Start::of(parameters), 0.0);
+        Fit::at(&hypothesis, &point, data)
+    };
+    forms(&about).into_iter().filter_map(other).collect()
+}
 
 /// The fit near the peak that a fit beside it leads to.
 pub fn near_needle(mut fit: Fit, data: &Data) -> Fit {
@@ -234,6 +250,9 @@ fn drawn(kind: &Kind, top: &[f64], count: usize, reach: impl Fn(usize) -> f64) -
             let all = libm::exp(2.0 * reach(i) * draw());
             let moved = top.iter().zip(kind.parameters).map(|(value, parameter)| {
                 let moved = all * (value + reach(i) * largest * draw());
+                if !parameter.fitted {
+                    return *value;
+                }
                 if parameter.range == Range::Any { moved } else { moved.max(LEAST * largest) }
             });
             moved.collect()
@@ -262,6 +281,25 @@ fn parameters(fit: &Fit) -> Option<Vec<f64>> {
 fn with(fit: &Fit, parameters: &[f64], data: &Data) -> Option<Fit> {
     let point = fit.hypothesis.started(&fit.point, &Start::of(parameters.to_vec()), 0.0);
     Fit::at(&fit.hypothesis, &point, data)
+}
+
+/// Fits at other tops, anywhere, that are about as likely as this one; none of another kind, nor beside a stated plant, which tells them apart. Where a valve slips few times, several of
+/// them explain what was fitted to.
+pub fn other_tops(fit: &Fit, data: &Data) -> Vec<Fit> {
+    let Some((kind, about)) = top(fit).filter(|_| fit.hypothesis.is_guessed) else { return Vec::new() };
+    let Starts::Peak { dense, .. } = kind.search else { return Vec::new() };
+    let mut points = dense(&fit.hypothesis.scales);
+    points.retain(|point| kind.is_one_form(point, &about));
+    let begins = needles(fit, data, points, ANYWHERE);
+    let fixed = stuck(&fit.hypothesis);
+    let ended = begins.into_par_iter().filter_map(|begin| {
+        let mut other = Fit::at(&begin.hypothesis, &begin.point, data)?;
+        other.descend(data, LONG, &fixed);
+        Some(climbed(&other, kind, data).unwrap_or(other))
+    });
+    let mut tops: Vec<Fit> = ended.collect();
+    tops.retain(|other| 0.5 * (other.objective() - fit.objective()) < AS_LIKELY);
+    tops
 }
 
 /// Other fits about the top of a needle, near and as far as the slips of a real valve scatter; none of another kind.

@@ -9,7 +9,7 @@ use crate::estimate::signals::Signals;
 
 use super::decide::independent_share;
 use super::equal_onsets;
-use super::needle::near_the_top;
+use super::needle::{near_the_top, other_tops};
 
 /// Log-likelihood gained on unseen samples, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +96,9 @@ fn run_on(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
 /// without what it is judged by. `None` where there is only one.
 fn together(top: &Fit, own: Vec<f64>, data: &Data) -> Option<Vec<f64>> {
     let mut near = near_the_top(top, data);
+    let tops = other_tops(top, data);
+    near.extend(tops.iter().flat_map(|top| near_the_top(top, data)));
+    near.extend(tops);
     near.extend(equal_onsets::of(top, data));
     if near.is_empty() {
         return None;

@@ -395,7 +395,10 @@ impl Field {
         let likely: Vec<Rival> =
             self.rivals.iter().filter(|rival| self.gain(rival) > least).cloned().collect();
         for rival in self.rivals.iter_mut().filter(|rival| !stuck(&rival.fit.hypothesis).is_empty()) {
-            let origins = likely.iter().filter_map(|other| rival.like(other, data));
+            let origins: Vec<Fit> = likely.iter().filter_map(|other| rival.like(other, data)).collect();
+            let others: Vec<Fit> =
+                origins.iter().flat_map(|origin| needle::in_other_forms(origin, data)).collect();
+            let origins = origins.into_iter().chain(others);
             let near = origins.map(|origin| near_needle(origin, data));
             let Some(best) = near.min_by(|a, b| a.objective().total_cmp(&b.objective())) else { continue };
             // Beside a guessed plant a valve with numbers enough to choose from does what a motor's friction does.

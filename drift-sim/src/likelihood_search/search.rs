@@ -98,13 +98,25 @@ impl Search<'_> {
             return Found { set: decision.left(), is_noise: false, ..found };
         }
         self.take(&mut found, &first, decision);
+        let alone = found.clone();
         self.follow(&mut found, None);
         // Where causes are left, what is left beside the likeliest of them counts.
         let left = if found.set.is_empty() { &found.base } else { likeliest };
         found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
         self.prove(&mut found);
+        if self.is_plant_open && alone.names_play() && !found.names_play() {
+            found = self.proven_alone(alone).unwrap_or(found);
+        }
         found.standing_load = self.standing_load(&found);
         found
+    }
+
+    /// What was named first, without what was found beside it, where it is proven so: beside a guessed plant what a valve's model lacks makes up noise and hysteresis of the sensor, by which
+    /// the valve is lost.
+    fn proven_alone(&self, mut alone: Found) -> Option<Found> {
+        alone.is_noise = independent_share(alone.best.as_ref()?) >= LEAST_INDEPENDENT;
+        self.prove(&mut alone);
+        alone.best.is_some().then_some(alone)
     }
 
     /// The search beside the candidates of this fit, from a field beside them on, if that is known.
@@ -146,6 +158,9 @@ impl Search<'_> {
             let round = Round::Later(least);
             let Some(next) = known.take().or_else(|| field(&best, self.data, round)) else { break };
             let decision = self.decide(&next, least);
+            if self.plays_again(&best, &decision, &next) {
+                break;
+            }
             if self.plants_own(&decision, &next).is_some() || self.is_lost_in_raggedness(&decision, &next) {
                 break;
             }
@@ -165,6 +180,14 @@ impl Search<'_> {
         let Options { least_gain, further_gain, further_samples, .. } = *self.options;
         let part = beside.rows.count as f64 / further_samples as f64;
         (further_gain * part.min(1.0)).max(least_gain)
+    }
+
+    /// Whether a decision names play beside play on a guessed plant: slips that scatter look like a sensor's play.
+    fn plays_again(&self, best: &Fit, decision: &Decision, field: &Field) -> bool {
+        let plays = |kind: &Kind| kind.family == Some(Family::Play);
+        self.is_plant_open
+            && best.hypothesis.candidates().iter().any(|term| plays(term.kind))
+            && named(decision, field).is_some_and(|rival| plays(rival.kind))
     }
 
     /// Whether what a decision names gains no more than a ragged likelihood may.

@@ -19,7 +19,7 @@ use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
 use crate::estimate::waves::Swings;
 use crate::measured_input::{Enters, Input};
-use crate::physics::{Family, Place, Starts};
+use crate::physics::{Place, Starts};
 use crate::simulate::{self, Start, Trace};
 
 use super::limit_cycle;
@@ -80,12 +80,14 @@ pub struct Trial<'a> {
     pub predicted: f64,
     /// How well the loop without what is named beside its law simulates what nothing has seen.
     pub without: Option<FitPct>,
+    /// What play must gain to stand without a simulation: see [`Options`](super::options::Options).
+    pub play_gain: f64,
 }
 
 impl Trial<'_> {
     /// Whether the named terms don't make the simulation worse, and whether a guessed plant simulates at all.
     pub fn passes(&self) -> bool {
-        if self.cycles_as_measured() {
+        if self.cycles_as_measured() || self.plays_strongly() {
             return true;
         }
         if !self.is_driven() {
@@ -133,6 +135,12 @@ impl Trial<'_> {
             return false;
         };
         self.names_what_gains(STRONG) && after.error() < CLOSER * before.error()
+    }
+
+    /// Whether nothing but what sticks or plays is named on a guessed plant, and gains so much that no simulation is asked for: what it foretells of unseen samples proves it, and a slip that
+    /// comes late, or a load that goes elsewhere, leads a simulation from u anywhere.
+    pub fn plays_strongly(&self) -> bool {
+        self.is_guessed && self.names_what_gains(self.play_gain) && self.found.physics.iter().all(is_play)
     }
 
     /// Whether what plays or sticks is named.
@@ -187,7 +195,7 @@ impl Trial<'_> {
         let improved = &self.found.improved;
         // The refitted numbers may have bent until the loop cycles without any play.
         let mut without = improved.clone();
-        without.physics.retain(|term| term.kind.family != Some(Family::Play));
+        without.physics.retain(|term| !term.plays());
         self.found.physics.iter().any(is_play) && limit_cycle::is_made(improved, &without, self.seen)
     }
 
@@ -402,7 +410,7 @@ fn differences(model: &Loop, signals: &Signals, load: f64) -> Option<Vec<f64>> {
 }
 
 fn is_play(named: &Named) -> bool {
-    named.term.kind.family == Some(Family::Play)
+    named.term.plays()
 }
 
 /// Rounding is seen without any prediction.

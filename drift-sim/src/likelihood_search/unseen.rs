@@ -8,7 +8,7 @@ use crate::diagnose::prove::{FitPct, fit_of, improvement, quiet_run, run, withou
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Begun;
 use crate::estimate::signals::{LEAST_SAMPLES, Signals, held};
-use crate::physics::{Family, Kind, Place, Term};
+use crate::physics::{Kind, Term};
 use crate::simulate::{Trace, actuated};
 
 /// The end of a recording that nothing was fitted to.
@@ -114,10 +114,7 @@ impl End {
     /// The loop without play and sticking, over what leaves these: where a stem is at the end's beginning follows from all that came before.
     fn behind_play(&self, model: &Loop) -> (Loop, Signals) {
         let model = &self.begun(model);
-        let (play, others): (Vec<Term>, Vec<Term>) =
-            model.physics.iter().cloned().partition(|term| {
-                term.kind.family == Some(Family::Play) && term.kind.place == Place::Actuator
-            });
+        let (play, others): (Vec<Term>, Vec<Term>) = model.physics.iter().cloned().partition(Term::plays);
         if play.is_empty() {
             return (model.clone(), self.signals.clone());
         }

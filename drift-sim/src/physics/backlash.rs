@@ -4,7 +4,7 @@
 
 use super::{
     Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Scales, Start, Starts, Term, any_values,
-    every_plant, grid, shown,
+    every_plant, grid, shown, stiction,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -35,8 +35,8 @@ fn points(s: &Scales) -> Vec<Start> {
 
 /// The play of which the plant's side is as far behind u on the mean as the stem of a valve that sticks.
 fn like(term: &Term) -> Option<Vec<f64>> {
-    let [band, jump, stem] = term.parameters.as_slice() else { return None };
-    let half = band - 0.5 * jump;
+    let [band, jump, stem, _] = term.parameters.as_slice() else { return None };
+    let half = stiction::lag(*band, *jump);
     (term.kind.name == "stiction" && half > 0.0).then(|| vec![2.0 * half, (stem / half).clamp(-1.0, 1.0)])
 }
 

@@ -221,6 +221,12 @@ impl Kind {
         }
     }
 
+    /// Whether terms with these parameters are of one form: they differ in numbers that a fit moves alone.
+    pub fn is_one_form(&self, a: &[f64], b: &[f64]) -> bool {
+        let forms = self.parameters.iter().zip(a.iter().zip(b)).filter(|(parameter, _)| !parameter.fitted);
+        forms.into_iter().all(|(_, (a, b))| a == b)
+    }
+
     /// The names of its parameters, for messages.
     pub fn parameter_names(&self) -> String {
         self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
@@ -296,6 +302,11 @@ impl Term {
     pub fn within(mut self, spans: &[(f64, f64)]) -> Self {
         self.spans = spans.to_vec();
         self
+    }
+
+    /// Whether it sticks or plays on the way from u to the plant.
+    pub fn plays(&self) -> bool {
+        self.kind.family == Some(Family::Play) && self.kind.place == Place::Actuator
     }
 
     /// The most that a parameter may be, of either sign, which is a state in which a recording begins; `None` for another one.

@@ -97,6 +97,8 @@ pub struct Parameter {
     pub limits: bool,
     /// Its value where a file leaves it out; `None`: it may not be left out.
     pub default: Option<f64>,
+    /// Whether a fit moves it: else it is the term's form, of which a search tries those that its points have, or nothing that a recording's samples show one by one.
+    pub fitted: bool,
     /// How large it may be, as the term's parameters tell, where it is a state in which a recording begins: each recording has its own. `None` of a number that stays.
     pub state: Option<fn(&[f64]) -> f64>,
     /// The number of the loop that can do wholly what this one does, where there is one: only the two together are told.
@@ -121,6 +123,7 @@ impl Parameter {
             neutral: 0.0,
             limits: false,
             default: None,
+            fitted: true,
             state: None,
             shared: None,
         }
@@ -165,6 +168,12 @@ impl Parameter {
     /// The same with a value for where a file leaves it out.
     pub(super) const fn or(mut self, value: f64) -> Self {
         self.default = Some(value);
+        self
+    }
+
+    /// The same of one that no fit moves.
+    pub(super) const fn not_fitted(mut self) -> Self {
+        self.fitted = false;
         self
     }
 

@@ -16,7 +16,9 @@ pub(super) static KIND: Kind = Kind {
     begins: Begins::Later,
     parameters: &[
         Parameter::new("rate_per_s", "{y}/s", Range::Any, |s, _| s.y / s.duration_s),
-        Parameter::new("noise_growth_per_s", "{y}/s", Range::NotNegative, |s, _| s.y / s.duration_s).or(0.0),
+        Parameter::new("noise_growth_per_s", "{y}/s", Range::NotNegative, |s, _| s.y / s.duration_s)
+            .or(0.0)
+            .not_fitted(),
     ],
     applies: every_plant,
     consistent: any_values,

@@ -3,7 +3,7 @@
 //! cycle that no tuning of the gain removes.
 
 use super::{
-    Begins, Effect, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
+    Begins, Effect, Family, Hook, Kind, Parameter, Place, Range, Starts, any_values, every_plant, grid, shown,
 };
 
 pub(super) static KIND: Kind = Kind {
@@ -15,7 +15,7 @@ pub(super) static KIND: Kind = Kind {
     consistent: any_values,
     effect: |p, _| Box::new(SensorHysteresis { half: 0.5 * p[0], shown: None }),
     search: Starts::Grid(|s| grid([0.01, 0.03, 0.1, 0.3, 1.0], |part| vec![part * s.y])),
-    family: None,
+    family: Some(Family::Play),
     excitation: "Reversals of y.",
     ties: &["backlash", "stiction"],
     experiment: "Reverse y once fast and once slowly: play at the sensor costs the same way of y both times, play at the actuator the same change of u.",

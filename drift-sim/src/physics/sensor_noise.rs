@@ -9,7 +9,9 @@ pub(super) static KIND: Kind = Kind {
     name: "sensor_noise",
     place: Place::Sensor,
     begins: Begins::Later,
-    parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0).around(1.0)],
+    parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0)
+        .around(1.0)
+        .searched(0.0, LOUDEST)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorNoise { ratio: p[0] }),
@@ -20,6 +22,9 @@ pub(super) static KIND: Kind = Kind {
     experiment: "Hold still before and after: noise alone changes.",
     says: |p, _| format!("The sensor is {} times as noisy as before.", shown(p[0], "1")),
 };
+
+/// Beyond this the samples before were none of a sensor's: they were held.
+const LOUDEST: f64 = 100.0;
 
 #[derive(Clone)]
 struct SensorNoise {

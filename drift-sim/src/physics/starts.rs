@@ -29,6 +29,8 @@ pub enum Starts {
         finest: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Those at which other tops lie that do nearly what this one does, given the parameters at a top.
         in_step: fn(&[f64]) -> Vec<Vec<f64>>,
+        /// About the same in the kind's other forms, given the parameters of a fit.
+        forms: fn(&[f64]) -> Vec<Vec<f64>>,
         /// Parameters with which it does what a term of another kind does, where there are any: a fit of that leads to its peak as well.
         like: fn(&Term) -> Option<Vec<f64>>,
     },

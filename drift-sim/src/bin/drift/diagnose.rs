@@ -162,7 +162,7 @@ fn physics(named: &Named, units: &UnitNames, terminal: &Terminal) -> String {
     let parameters = parameters.filter(|((_, value), width)| **value != 0.0 || width.is_finite());
     for ((parameter, value), width) in parameters {
         let shown = sentences::parameter(*value, *width, &units.unit(parameter.unit));
-        let remark = if width.is_finite() { "" } else { " (not determined, or held)" };
+        let remark = if width.is_finite() || !parameter.fitted { "" } else { " (not determined, or held)" };
         let name = format!("{} {}", kind.name, parameter.name.trim_end_matches("_per_s"));
         text += &terminal.wrapped(&format!("  {name:33} "), &format!("{shown}{remark}"));
     }

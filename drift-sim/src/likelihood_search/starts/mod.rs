@@ -196,7 +196,14 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
         Starts::Grid(points) | Starts::GridLike { points, .. } => {
             grid::points(base, kind, &points(&base.fit.hypothesis.scales))
         }
-        Starts::Peak { coarse, .. } => grid::peaks(base, kind, &coarse(&base.fit.hypothesis.scales)),
+        Starts::Peak { coarse, .. } => {
+            let points = coarse(&base.fit.hypothesis.scales);
+            let forms = points.chunk_by(|a, b| kind.is_one_form(&a.parameters, &b.parameters));
+            forms
+                .map(|points| grid::peaks(base, kind, points))
+                .collect::<Option<Vec<_>>>()
+                .map(|of| of.concat())
+        }
         Starts::Onset(weight) => onset::steps(base, kind, weight),
         Starts::Ramp(weight) => onset::ramps(base, kind, weight),
         Starts::Wave(over) => wave::waves(base, kind, over),

@@ -19,6 +19,8 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import numba as nb
 import numpy as np
 
+from noises import recursion
+
 FAULTY, SOUND = ("sticks", "slides", "sticks", "plays"), ("tight", "wave", "noise", "sensor", "waves")
 PLAY = {"stiction", "backlash"}
 # What the others truly are: to name it is right.
@@ -86,10 +88,7 @@ def run(family, plant, law, valve, drawn, load, wave, sensor_gap, lattice):
 
 
 def correlated(random, n, deviation, stays):
-    drawn = deviation * np.sqrt(1 - stays**2) * random.standard_normal(n)
-    for k in range(1, n):
-        drawn[k] += stays * drawn[k - 1]
-    return drawn
+    return recursion(deviation * np.sqrt(1 - stays**2) * random.standard_normal(n), float(stays), 0.0)
 
 
 def plant_and_law(random, family):
@@ -150,14 +149,14 @@ def made(seed, index, again):
     y, u, turns = of(at_the_edge(kc, swings) if hides == "tight" else kc)
     if not np.all(np.isfinite(u)) or np.ptp(u) < 1e-6 or (moves and turns < LEAST_TURNS):
         return None
-    return hides, family, y + random.uniform(20, 150), u + random.uniform(20, 80), 1.0 if family == FLOW else 10.0
+    return hides, y + random.uniform(20, 150), u + random.uniform(20, 80), 1.0 if family == FLOW else 10.0
 
 
 def make(seed, index, out):
     loop = next(filter(None, (made(seed, index, again) for again in range(TRIES))), None)
     if loop is None:
         sys.exit(f"valves: no loop {index} of seed {seed} in {TRIES} tries")
-    hides, family, y, u, every_s = loop
+    hides, y, u, every_s = loop
     folder = os.path.join(out, f"case{index:04d}")
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, "train.csv"), "w") as file:
@@ -166,7 +165,7 @@ def make(seed, index, out):
     with open(os.path.join(folder, "loop.toml"), "w") as file:
         file.write(f'[loop]\nsample_time_s = {every_s}\n[controller]\nkind = "recorded"\n[plant]\nkind = "identify"\n')
     with open(os.path.join(folder, "label.json"), "w") as file:
-        json.dump({"hides": hides, "family": int(family)}, file)
+        json.dump({"hides": hides}, file)
 
 
 def score(tool, folder):
@@ -196,7 +195,12 @@ def main():
     parser.add_argument("--keep")
     parser.add_argument("--tool", required=True)
     of = parser.parse_args()
-    out = of.keep or tempfile.mkdtemp()
+    with tempfile.TemporaryDirectory(prefix="drift-valves-") as scratch:
+        made_and_scored(of, of.keep or scratch)
+
+
+def made_and_scored(of, out):
+    # Compiled once, before the processes ask for it.
     run(FLOW, (1.0, 1.0, 1.0, 0.0), (0.1, 9.0), (1.0, 0.5, 1), (np.zeros(9), np.zeros(9)), np.zeros(9), np.zeros(9), 0.0, 0.0)
     each = [(seed, index, os.path.join(out, str(seed))) for seed in of.seeds for index in range(of.count)]
     with ProcessPoolExecutor(of.jobs) as pool:

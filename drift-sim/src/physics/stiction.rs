@@ -207,12 +207,10 @@ impl Effect for Stiction {
         let stem = *self.stem.get_or_insert(u + self.at_start);
         let off = u - stem;
         let band = if off * self.way > 0.0 { self.go_on_band } else { self.stick_band };
-        let slips = off.abs() > band;
-        if slips {
+        if off.abs() > band {
             self.way = libm::copysign(1.0, off);
+            return *self.stem.insert(u - libm::copysign(self.rest, off));
         }
-        let stem = if slips { u - libm::copysign(self.rest, off) } else { stem };
-        self.stem = Some(stem);
         stem
     }
 

@@ -6,17 +6,20 @@ use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Named};
 use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
+use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
 use crate::stage;
 
 use super::attempts::Attempt;
 use super::conclude::{self, Conclusion};
-use super::decide::priced;
+use super::decide::{independent_share, priced};
 use super::found::Found;
 use super::law::Law;
+use super::nominal;
 use super::options::Options;
 use super::parts::Parts;
 use super::plants::Identified;
+use super::search::LEAST_INDEPENDENT;
 use super::simulates::Trial;
 use super::unseen::{Unseen, fit_pct};
 use super::{Case, holds};
@@ -44,8 +47,9 @@ pub struct Judge<'a> {
     law: &'a Law,
     /// The recordings in their own samples.
     parts: &'a Parts,
-    /// Whether y rests on the steps of a coarse sensor as it was searched: a guessed plant may be any between them.
+    /// Whether y rests on the steps of a coarse sensor as it was recorded, and as it was searched: a guessed plant may be any between them.
     rests: bool,
+    rests_as_searched: bool,
     /// What numbers were fitted to, of the first recording, and what proves.
     train: Signals,
     unseen: Option<Unseen>,
@@ -61,7 +65,9 @@ impl<'a> Judge<'a> {
         searched: &Parts,
     ) -> Self {
         let (train, unseen) = parts.shown();
-        Self { case, attempt, law, parts, rests: lattice::rests(&searched.recordings), train, unseen }
+        let (rests, rests_as_searched) =
+            (lattice::rests(&parts.recordings), lattice::rests(&searched.recordings));
+        Self { case, attempt, law, parts, rests, rests_as_searched, train, unseen }
     }
 
     /// How well a loop simulates what nothing has seen.
@@ -76,11 +82,15 @@ impl<'a> Judge<'a> {
     pub fn judged(&self, beside: &Identified, end: Found, least: Option<FitPct>) -> Tried {
         stage::begins("intervals and proof", 0);
         let fit = end.best.clone().unwrap_or_else(|| end.base.clone());
-        let fit = self.parts.showing(&fit, &beside.data, self.attempt.factor).unwrap_or(fit);
+        let own = self.parts.as_data(&fit, &beside.data, self.attempt.factor);
+        let fit = fit.on(&own).unwrap_or(fit);
+        let ends = (end.best.clone(), end.base.clone());
         let (is_noise, predicted) = (end.is_noise, end.predicted);
-        let is_coarse = beside.is_guessed && self.rests && end.quantum.is_none();
-        let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
         let is_any_named = end.best.is_some() || end.quantum.is_some();
+        // In the mean of several samples there are no steps, and what the steps made is a play there.
+        let rests = if is_any_named { self.rests } else { self.rests_as_searched };
+        let is_coarse = beside.is_guessed && rests && end.quantum.is_none();
+        let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
         let without = self.simulated(&conclude::loop_of(&end.base, self.case.nominal));
         let unseen = self.unseen.as_ref().map(|unseen| unseen.beginning_as(&fit));
         let found = self.concluded(end, (&fit, unseen.as_ref()), beside);
@@ -136,7 +146,8 @@ impl<'a> Judge<'a> {
             && !is_coarse
             && !is_nothing
             && trial.passes()
-            && (least.is_none() || trial.improves());
+            && (least.is_none() || trial.improves())
+            && !(self.attempt.factor > 1 && own_samples_speak_against(ends, &own));
         Tried {
             found,
             stands,
@@ -183,10 +194,89 @@ impl<'a> Judge<'a> {
     }
 }
 
+/// Steps of a fit to the recording's own samples.
+const STEPS: usize = 10;
+
+/// Whether the recording's own samples are less likely with what was named in coarser ones than without it, all other numbers refitted: coarser samples lack how u moves in each, which a
+/// delay makes up for. Where what is left in them is no noise, they say nothing.
+fn own_samples_speak_against((best, base): (Option<Fit>, Fit), own: &Data) -> bool {
+    let refitted = |fit: &Fit, named: &[usize]| {
+        let mut fit = nominal::under_own_noise(&fit.on(own)?, own)?;
+        fit.descend(own, STEPS, named);
+        Some(fit)
+    };
+    let Some(best) = best else { return false };
+    let named = (0..best.hypothesis.candidates().len()).flat_map(|i| best.hypothesis.places_of(i));
+    let with = refitted(&best, &named.collect::<Vec<_>>());
+    let without = refitted(&base, &[]).filter(|fit| independent_share(fit) >= LEAST_INDEPENDENT);
+    without.is_some_and(|without| with.is_none_or(|with| with.objective() > without.objective()))
+}
+
 /// The better of two simulations.
 fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.error() < a.error() { b } else { a }),
         (a, b) => a.or(b),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::first_look::coarser;
+    use crate::likelihood_search::hypothesis;
+    use crate::physics::Term;
+    use crate::simulate::simulate;
+
+    const COARSE: usize = 9;
+    const LEVELS: [f64; 5] = [0.0, 0.5, 1.0, 0.5, 0.0];
+    const STAYS: usize = 1_403;
+
+    /// A mass on a spring whose law kicks at each step of its reference, which falls anywhere within coarser samples.
+    fn mass(delay_s: f64) -> (Loop, Signals) {
+        let text = "[loop]\nsample_time_s = 0.002\n[controller]\nkind = \"pi\"\nkp = 6.0\nki = 6.0\n\
+            [plant]\nkind = \"transfer-function\"\nnum = [4.0]\nden = [1.0, 3.0, 8.0]\n[sensor]\nnoise = 5e-5\n";
+        let model = Loop::parse(text, "a mass").unwrap();
+        let physics = vec![Term::new("delay", &[("delay_s", delay_s)]).unwrap()];
+        let r: Vec<f64> = LEVELS.iter().flat_map(|level| vec![*level; STAYS]).collect();
+        let trace = simulate(&Loop { physics, ..model.clone() }, &r, &[], 1, None).unwrap();
+        let signals =
+            Signals { sample_time_s: model.sample_time_s, r, y: trace.y, u: trace.u, ..Signals::default() };
+        (Loop { controller: Controller::Recorded, ..model }, signals)
+    }
+
+    /// The fits to coarser samples with a delay and without one, what the delay gains there, and the recording's own samples.
+    fn searched(delay_s: f64) -> ((Option<Fit>, Fit), f64, Data) {
+        let (model, signals) = mass(delay_s);
+        let samples = signals.len();
+        let coarse = coarser(std::slice::from_ref(&signals), COARSE);
+        let slow = Loop { sample_time_s: COARSE as f64 * model.sample_time_s, ..model.clone() };
+        let plain = hypothesis(&slow, &coarse, &Options::default());
+        let fitted = vec![coarse[0].len()];
+        let data = Data::new(&plain, coarse, fitted);
+        let base = nominal::fit(&plain, &data).unwrap();
+        let late = plain.with(Term::new("delay", &[("delay_s", 0.02)]).unwrap());
+        let best = nominal::fit(&late, &data).unwrap();
+        let gain = 0.5 * (base.objective() - best.objective());
+        let own = Data::new(
+            &hypothesis(&model, std::slice::from_ref(&signals), &Options::default()),
+            vec![signals],
+            vec![samples],
+        );
+        ((Some(best), base), gain, own)
+    }
+
+    #[test]
+    fn a_delay_that_coarser_samples_make_is_spoken_against() {
+        let (ends, gain, own) = searched(0.0);
+        assert!(gain > 20.0, "{gain}");
+        assert!(own_samples_speak_against(ends, &own));
+    }
+
+    #[test]
+    fn a_delay_that_is_there_is_not() {
+        let (ends, gain, own) = searched(0.02);
+        assert!(gain > 20.0, "{gain}");
+        assert!(!own_samples_speak_against(ends, &own));
     }
 }

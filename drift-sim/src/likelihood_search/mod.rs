@@ -85,7 +85,7 @@ use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
 use rivals::{Field, Sketch};
-use search::{Search, without_all};
+use search::{Search, without, without_all};
 
 /// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(
@@ -180,6 +180,13 @@ impl Case<'_> {
         mut result: Found,
     ) -> Option<Tried> {
         let mut tried = judge.judged(&found, result.clone(), None);
+        if !tried.stands && !attempt.is_further() {
+            let alone = self.strongest_alone(&found, &result);
+            let judged = alone.map(|alone| (judge.judged(&found, alone.clone(), None), alone));
+            if let Some(alone) = judged.filter(|(alone, _)| alone.stands) {
+                (tried, result) = alone;
+            }
+        }
         // No colored noise is asked for where a simulation shows nearly all.
         if !(tried.stands && tried.is_sure) && attempt.beside == Beside::Nothing {
             let colored = under_coloring::searched(&found, &result, self.options);
@@ -207,6 +214,21 @@ impl Case<'_> {
         let least = judge.simulated(&conclude::loop_of(&result.base, self.nominal));
         let others = result.others(&found.data);
         others.map(|other| judge.judged(&found, other, least)).find(|other| other.stands).or(Some(tried))
+    }
+
+    /// The strongest of what a search named, alone: what it named beside that may be what leads a simulation astray.
+    fn strongest_alone(&self, found: &Identified, result: &Found) -> Option<Found> {
+        if result.named.len() < 2 {
+            return None;
+        }
+        let named = result.named.iter().enumerate();
+        let (strongest, choice) = named.max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))?;
+        let mut others = (0..result.named.len()).rev().filter(|index| *index != strongest);
+        let best = others.try_fold(result.best.clone()?, |fit, index| without(&fit, index, &found.data));
+        let (best, named) = (Some(best?), vec![choice.clone()]);
+        let alone = Found { best, named, standing_load: None, ..result.clone() };
+        let is_plant_open = self.is_plant_open(found);
+        Search { data: &found.data, options: self.options, is_plant_open }.proven_alone(alone)
     }
 
     /// What a search named, with what it asks for beside that: a simulation shows what is missing, and less of a likelihood tells what it is.

@@ -43,10 +43,10 @@ impl Parts {
         Self { recordings: coarser(recordings, factor), fitted: fewer(fitted, factor), ..*self }
     }
 
-    /// A fit to data in samples so many times as coarse, as these show it, the load jumping and swinging as it does there; `None` where it can't be simulated there.
-    pub fn showing(&self, fit: &Fit, of: &Data, factor: usize) -> Option<Fit> {
+    /// These as data for a fit to data in samples so many times as coarse, the load jumping and swinging as it does there.
+    pub fn as_data(&self, fit: &Fit, of: &Data, factor: usize) -> Data {
         let data = Data::new(&fit.hypothesis, self.recordings.clone(), self.fitted.clone());
-        fit.on(&data.jumping(of.jumps().in_finer_samples(factor)).swinging(of.waves().clone()))
+        data.jumping(of.jumps().in_finer_samples(factor)).swinging(of.waves().clone())
     }
 
     /// What fits are shown on: what numbers were fitted to, of the first recording, and what proves.

@@ -24,7 +24,7 @@ use super::standing_load;
 const REFIT_STEPS: usize = 10;
 /// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
 /// hypotheses, and their likelihoods are not to be compared. Further terms may make up for some of it.
-const LEAST_INDEPENDENT: f64 = 0.6;
+pub const LEAST_INDEPENDENT: f64 = 0.6;
 /// Part beside the likeliest kind below which they do not: of 130 searches, 30 of them of real recordings, none that began below 0.3 came to the part above.
 const BEYOND_REPAIR: f64 = 0.25;
 
@@ -113,7 +113,7 @@ impl Search<'_> {
 
     /// What was named first, without what was found beside it, where it is proven so: beside a guessed plant what a valve's model lacks makes up noise and hysteresis of the sensor, by which
     /// the valve is lost.
-    fn proven_alone(&self, mut alone: Found) -> Option<Found> {
+    pub fn proven_alone(&self, mut alone: Found) -> Option<Found> {
         alone.is_noise = independent_share(alone.best.as_ref()?) >= LEAST_INDEPENDENT;
         self.prove(&mut alone);
         alone.best.is_some().then_some(alone)

@@ -11,7 +11,7 @@ pub(super) static KIND: Kind = Kind {
     begins: Begins::Later,
     parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0)
         .around(1.0)
-        .searched(0.0, LOUDEST)],
+        .searched(1.0, LOUDEST)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorNoise { ratio: p[0] }),

@@ -8,6 +8,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
+use crate::physics::{Family, Place};
 use crate::stage;
 
 use super::attempts::Attempt;
@@ -87,13 +88,14 @@ impl<'a> Judge<'a> {
         let ends = (end.best.clone(), end.base.clone());
         let (is_noise, predicted) = (end.is_noise, end.predicted);
         let is_any_named = end.best.is_some() || end.quantum.is_some();
-        // In the mean of several samples there are no steps, and what the steps made is a play there.
-        let rests = if is_any_named { self.rests } else { self.rests_as_searched };
-        let is_coarse = beside.is_guessed && rests && end.quantum.is_none();
+        let has_steps = beside.is_guessed && end.quantum.is_none();
         let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
         let without = self.simulated(&conclude::loop_of(&end.base, self.case.nominal));
         let unseen = self.unseen.as_ref().map(|unseen| unseen.beginning_as(&fit));
         let found = self.concluded(end, (&fit, unseen.as_ref()), beside);
+        // In the mean of several samples there are no steps, and what they made is a play of the sensor there.
+        let rests = self.rests_as_searched || (self.rests && found.physics.iter().any(plays_at_sensor));
+        let is_coarse = has_steps && rests;
         let (model, shown) = self.shown(&found, unseen.as_ref());
         let trial = Trial {
             found: &found,
@@ -192,6 +194,11 @@ impl<'a> Judge<'a> {
             }
         }
     }
+}
+
+fn plays_at_sensor(named: &Named) -> bool {
+    let kind = named.term.kind;
+    kind.family == Some(Family::Play) && kind.place == Place::Sensor
 }
 
 /// Steps of a fit to the recording's own samples.

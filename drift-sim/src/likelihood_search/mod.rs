@@ -180,13 +180,6 @@ impl Case<'_> {
         mut result: Found,
     ) -> Option<Tried> {
         let mut tried = judge.judged(&found, result.clone(), None);
-        if !tried.stands && !attempt.is_further() {
-            let alone = self.strongest_alone(&found, &result);
-            let judged = alone.map(|alone| (judge.judged(&found, alone.clone(), None), alone));
-            if let Some(alone) = judged.filter(|(alone, _)| alone.stands) {
-                (tried, result) = alone;
-            }
-        }
         // No colored noise is asked for where a simulation shows nearly all.
         if !(tried.stands && tried.is_sure) && attempt.beside == Beside::Nothing {
             let colored = under_coloring::searched(&found, &result, self.options);
@@ -201,6 +194,12 @@ impl Case<'_> {
         }
         if tried.stands {
             return Some(tried);
+        }
+        let alone = if attempt.is_further() { None } else { self.strongest_alone(&found, &result) };
+        // Of several others a further search may show more.
+        let alone = alone.map(|alone| Tried { is_sure: false, ..judge.judged(&found, alone, None) });
+        if let Some(alone) = alone.filter(|alone| alone.stands) {
+            return Some(alone);
         }
         let more = if attempt.is_further() { None } else { self.with_more(&found, &result) };
         let more = more.map(|more| {

@@ -256,15 +256,24 @@ impl Trial<'_> {
             || self.is_no_worse_than_drawn()
     }
 
-    /// Whether a loop that has what is named may be simulated as much worse with it than without it: one that cycles has a phase that its noise gives it, and a simulation another one.
+    /// Whether a closed loop that has what is named may be simulated as much worse with it than without it: one that cycles has a phase that its noise gives it, and a simulation another one.
     fn is_no_worse_than_drawn(&self) -> bool {
-        let ratio = |signals: &Signals| {
-            let swings = self.swings();
-            let missed_by = |model: &Loop| missed(model, signals, self.load_sd()?, swings.as_ref());
-            Some(missed_by(self.model)? / missed_by(&self.found.refitted)?.max(1e-300))
-        };
-        let farthest = self.each_drawn(ratio).map(|ratios| ratios.into_iter().fold(0.0, f64::max));
-        ratio(self.shown).zip(farthest).is_some_and(|(measured, farthest)| measured <= farthest)
+        let measured = self.times_as_far(self.shown);
+        let Some(measured) = measured.filter(|_| self.is_closed()) else { return false };
+        let drawn = self.each_drawn(|drawn| self.times_as_far(drawn));
+        drawn.is_some_and(|drawn| drawn.into_iter().any(|ratio| ratio >= measured))
+    }
+
+    /// Whether a law that is known closes the loop.
+    fn is_closed(&self) -> bool {
+        self.found.improved.controller != Controller::Recorded
+    }
+
+    /// How many times by as much what is named misses a recording as the loop without it.
+    fn times_as_far(&self, signals: &Signals) -> Option<f64> {
+        let (load, swings) = (self.load_sd()?, self.swings());
+        let missed_by = |model: &Loop| missed(model, signals, load, swings.as_ref());
+        Some(missed_by(self.model)? / missed_by(&self.found.refitted)?.max(1e-300))
     }
 
     /// The same where u leads a plant that does not keep its level: an offset of u that nothing shows leads either simulation anywhere.
@@ -283,12 +292,7 @@ impl Trial<'_> {
 
     /// How many times as far as without what is named the loop is led with it, from u alone; `None` where the law closes it, or its plant keeps its level.
     fn led_farther(&self, keeps_its_level: bool) -> Option<f64> {
-        let (found, swings) = (self.found, self.swings());
-        if found.improved.controller != Controller::Recorded || keeps_its_level {
-            return None;
-        }
-        let missed_by = |model: &Loop| missed(model, self.shown, self.load_sd()?, swings.as_ref());
-        Some(missed_by(self.model)? / missed_by(&found.refitted)?.max(1e-300))
+        if self.is_closed() || keeps_its_level { None } else { self.times_as_far(self.shown) }
     }
 
     /// Deviation of the random load.
@@ -323,7 +327,7 @@ impl Trial<'_> {
         Some(Missed {
             measured: missed_in(self.shown)?,
             mean_drawn: drawn.iter().sum::<f64>() / DRAWN as f64,
-            most_drawn: drawn.into_iter().fold(0.0, f64::max),
+            most_drawn: drawn.into_iter().filter(|_| self.is_closed()).fold(0.0, f64::max),
         })
     }
 
@@ -380,6 +384,7 @@ impl Trial<'_> {
 struct Missed {
     measured: f64,
     mean_drawn: f64,
+    /// 0 under an unknown law: from u alone noise leads a few of those drawn so far that they would excuse anything.
     most_drawn: f64,
 }
 

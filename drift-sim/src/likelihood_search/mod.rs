@@ -196,8 +196,7 @@ impl Case<'_> {
             return Some(tried);
         }
         let alone = if attempt.is_further() { None } else { self.strongest_alone(&found, &result) };
-        // Of several others a further search may show more.
-        let alone = alone.map(|alone| Tried { is_sure: false, ..judge.judged(&found, alone, None) });
+        let alone = alone.map(|alone| judge.judged(&found, alone, None));
         if let Some(alone) = alone.filter(|alone| alone.stands) {
             return Some(alone);
         }

@@ -163,7 +163,7 @@ pub fn left_of(scored: Vec<Scored>, near: &[Scored]) -> Decision {
     let set = near.iter().map(|s| s.kind).collect();
     // Of a family the simplest is named; of play that of the actuator, for a valve that sticks or plays is behind one in five loops that swing, a sensor that plays behind few
     // (Desborough & Miller 2002, "Increasing customer value of industrial control performance monitoring").
-    let is_rare = |s: &Scored| s.family == Some(Family::Play) && s.kind.place == Place::Sensor;
+    let is_rare = |s: &Scored| s.kind.plays_at(Place::Sensor);
     let rank = |s: &Scored| (is_rare(s), s.numbers);
     let simplest = near.iter().min_by(|a, b| rank(a).cmp(&rank(b)).then(b.score.total_cmp(&a.score)));
     let named = simplest.filter(|_| one_family).map(|named| {

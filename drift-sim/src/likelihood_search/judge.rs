@@ -8,19 +8,19 @@ use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
-use crate::physics::{Family, Place};
+use crate::physics::Place;
 use crate::stage;
 
 use super::attempts::Attempt;
 use super::conclude::{self, Conclusion};
-use super::decide::{independent_share, priced};
+use super::decide::priced;
 use super::found::Found;
 use super::law::Law;
 use super::nominal;
 use super::options::Options;
 use super::parts::Parts;
 use super::plants::Identified;
-use super::search::LEAST_INDEPENDENT;
+use super::search::noise_holds;
 use super::simulates::Trial;
 use super::unseen::{Unseen, fit_pct};
 use super::{Case, holds};
@@ -48,9 +48,8 @@ pub struct Judge<'a> {
     law: &'a Law,
     /// The recordings in their own samples.
     parts: &'a Parts,
-    /// Whether y rests on the steps of a coarse sensor as it was recorded, and as it was searched: a guessed plant may be any between them.
+    /// Whether y rests on the steps of a coarse sensor as it was searched: a guessed plant may be any between them.
     rests: bool,
-    rests_as_searched: bool,
     /// What numbers were fitted to, of the first recording, and what proves.
     train: Signals,
     unseen: Option<Unseen>,
@@ -66,9 +65,7 @@ impl<'a> Judge<'a> {
         searched: &Parts,
     ) -> Self {
         let (train, unseen) = parts.shown();
-        let (rests, rests_as_searched) =
-            (lattice::rests(&parts.recordings), lattice::rests(&searched.recordings));
-        Self { case, attempt, law, parts, rests, rests_as_searched, train, unseen }
+        Self { case, attempt, law, parts, rests: lattice::rests(&searched.recordings), train, unseen }
     }
 
     /// How well a loop simulates what nothing has seen.
@@ -85,17 +82,20 @@ impl<'a> Judge<'a> {
         let fit = end.best.clone().unwrap_or_else(|| end.base.clone());
         let own = self.parts.as_data(&fit, &beside.data, self.attempt.factor);
         let fit = fit.on(&own).unwrap_or(fit);
-        let ends = (end.best.clone(), end.base.clone());
+        let coarse_best = end.best.as_ref().filter(|_| self.attempt.factor > 1);
+        let coarse_ends = coarse_best.map(|best| (best.clone(), end.base.clone()));
         let (is_noise, predicted) = (end.is_noise, end.predicted);
         let is_any_named = end.best.is_some() || end.quantum.is_some();
-        let has_steps = beside.is_guessed && end.quantum.is_none();
+        let may_be_between_steps = beside.is_guessed && end.quantum.is_none();
         let reached = beside.cost() + priced(end.best.as_ref().unwrap_or(&end.base));
         let without = self.simulated(&conclude::loop_of(&end.base, self.case.nominal));
         let unseen = self.unseen.as_ref().map(|unseen| unseen.beginning_as(&fit));
         let found = self.concluded(end, (&fit, unseen.as_ref()), beside);
         // In the mean of several samples there are no steps, and what they made is a play of the sensor there.
-        let rests = self.rests_as_searched || (self.rests && found.physics.iter().any(plays_at_sensor));
-        let is_coarse = has_steps && rests;
+        let plays_at_sensor = |named: &Named| named.term.kind.plays_at(Place::Sensor);
+        let made_by_steps =
+            || found.physics.iter().any(plays_at_sensor) && lattice::rests(&self.parts.recordings);
+        let is_coarse = may_be_between_steps && (self.rests || made_by_steps());
         let (model, shown) = self.shown(&found, unseen.as_ref());
         let trial = Trial {
             found: &found,
@@ -149,7 +149,7 @@ impl<'a> Judge<'a> {
             && !is_nothing
             && trial.passes()
             && (least.is_none() || trial.improves())
-            && !(self.attempt.factor > 1 && own_samples_speak_against(ends, &own));
+            && !coarse_ends.is_some_and(|ends| own_samples_speak_against(&ends, &own));
         Tried {
             found,
             stands,
@@ -196,26 +196,20 @@ impl<'a> Judge<'a> {
     }
 }
 
-fn plays_at_sensor(named: &Named) -> bool {
-    let kind = named.term.kind;
-    kind.family == Some(Family::Play) && kind.place == Place::Sensor
-}
-
 /// Steps of a fit to the recording's own samples.
 const STEPS: usize = 10;
 
 /// Whether the recording's own samples are less likely with what was named in coarser ones than without it, all other numbers refitted: coarser samples lack how u moves in each, which a
 /// delay makes up for. Where what is left in them is no noise, they say nothing.
-fn own_samples_speak_against((best, base): (Option<Fit>, Fit), own: &Data) -> bool {
+fn own_samples_speak_against((best, base): &(Fit, Fit), own: &Data) -> bool {
     let refitted = |fit: &Fit, named: &[usize]| {
         let mut fit = nominal::under_own_noise(&fit.on(own)?, own)?;
         fit.descend(own, STEPS, named);
         Some(fit)
     };
-    let Some(best) = best else { return false };
     let named = (0..best.hypothesis.candidates().len()).flat_map(|i| best.hypothesis.places_of(i));
-    let with = refitted(&best, &named.collect::<Vec<_>>());
-    let without = refitted(&base, &[]).filter(|fit| independent_share(fit) >= LEAST_INDEPENDENT);
+    let with = refitted(best, &named.collect::<Vec<_>>());
+    let without = refitted(base, &[]).filter(noise_holds);
     without.is_some_and(|without| with.is_none_or(|with| with.objective() > without.objective()))
 }
 
@@ -253,7 +247,7 @@ mod tests {
     }
 
     /// The fits to coarser samples with a delay and without one, what the delay gains there, and the recording's own samples.
-    fn searched(delay_s: f64) -> ((Option<Fit>, Fit), f64, Data) {
+    fn searched(delay_s: f64) -> ((Fit, Fit), f64, Data) {
         let (model, signals) = mass(delay_s);
         let samples = signals.len();
         let coarse = coarser(std::slice::from_ref(&signals), COARSE);
@@ -270,20 +264,20 @@ mod tests {
             vec![signals],
             vec![samples],
         );
-        ((Some(best), base), gain, own)
+        ((best, base), gain, own)
     }
 
     #[test]
     fn a_delay_that_coarser_samples_make_is_spoken_against() {
         let (ends, gain, own) = searched(0.0);
         assert!(gain > 20.0, "{gain}");
-        assert!(own_samples_speak_against(ends, &own));
+        assert!(own_samples_speak_against(&ends, &own));
     }
 
     #[test]
     fn a_delay_that_is_there_is_not() {
         let (ends, gain, own) = searched(0.02);
         assert!(gain > 20.0, "{gain}");
-        assert!(!own_samples_speak_against(ends, &own));
+        assert!(!own_samples_speak_against(&ends, &own));
     }
 }

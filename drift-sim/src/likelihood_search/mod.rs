@@ -85,7 +85,7 @@ use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
 use rivals::{Field, Sketch};
-use search::{Search, without, without_all};
+use search::{Search, without_all, without_others};
 
 /// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(
@@ -195,18 +195,18 @@ impl Case<'_> {
         if tried.stands {
             return Some(tried);
         }
-        let alone = if attempt.is_further() { None } else { self.strongest_alone(&found, &result) };
-        let alone = alone.map(|alone| judge.judged(&found, alone, None));
-        if let Some(alone) = alone.filter(|alone| alone.stands) {
-            return Some(alone);
-        }
-        let more = if attempt.is_further() { None } else { self.with_more(&found, &result) };
-        let more = more.map(|more| {
-            let (is_sure, least) = (more.is_noise, tried.found.unseen_fits().after);
-            Tried { is_sure, ..judge.judged(&found, more, least) }
-        });
-        if let Some(more) = more.filter(|more| more.stands) {
-            return Some(more);
+        if !attempt.is_further() {
+            let alone = self.strongest_alone(&found, &result).map(|alone| judge.judged(&found, alone, None));
+            if let Some(alone) = alone.filter(|alone| alone.stands) {
+                return Some(alone);
+            }
+            let more = self.with_more(&found, &result).map(|more| {
+                let (is_sure, least) = (more.is_noise, tried.found.unseen_fits().after);
+                Tried { is_sure, ..judge.judged(&found, more, least) }
+            });
+            if let Some(more) = more.filter(|more| more.stands) {
+                return Some(more);
+            }
         }
         // Other numbers are no evidence for what is named beside them where they simulate worse by themselves.
         let least = judge.simulated(&conclude::loop_of(&result.base, self.nominal));
@@ -221,9 +221,8 @@ impl Case<'_> {
         }
         let named = result.named.iter().enumerate();
         let (strongest, choice) = named.max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))?;
-        let mut others = (0..result.named.len()).rev().filter(|index| *index != strongest);
-        let best = others.try_fold(result.best.clone()?, |fit, index| without(&fit, index, &found.data));
-        let (best, named) = (Some(best?), vec![choice.clone()]);
+        let best = without_others(result.best.as_ref()?, Some(strongest), &found.data)?;
+        let (best, named) = (Some(best), vec![choice.clone()]);
         let alone = Found { best, named, standing_load: None, ..result.clone() };
         let is_plant_open = self.is_plant_open(found);
         Search { data: &found.data, options: self.options, is_plant_open }.proven_alone(alone)

@@ -24,7 +24,7 @@ use super::standing_load;
 const REFIT_STEPS: usize = 10;
 /// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
 /// hypotheses, and their likelihoods are not to be compared. Further terms may make up for some of it.
-pub const LEAST_INDEPENDENT: f64 = 0.6;
+const LEAST_INDEPENDENT: f64 = 0.6;
 /// Part beside the likeliest kind below which they do not: of 130 searches, 30 of them of real recordings, none that began below 0.3 came to the part above.
 const BEYOND_REPAIR: f64 = 0.25;
 
@@ -102,7 +102,7 @@ impl Search<'_> {
         self.follow(&mut found, None);
         // Where causes are left, what is left beside the likeliest of them counts.
         let left = if found.set.is_empty() { &found.base } else { likeliest };
-        found.is_noise = independent_share(found.best.as_ref().unwrap_or(left)) >= LEAST_INDEPENDENT;
+        found.is_noise = noise_holds(found.best.as_ref().unwrap_or(left));
         self.prove(&mut found);
         if self.is_plant_open && alone.names_play() && !found.names_play() {
             found = self.proven_alone(alone).unwrap_or(found);
@@ -111,10 +111,10 @@ impl Search<'_> {
         found
     }
 
-    /// What was named first, without what was found beside it, where it is proven so: beside a guessed plant what a valve's model lacks makes up noise and hysteresis of the sensor, by which
+    /// One of the named terms without what was found beside it, where it is proven so: beside a guessed plant what a valve's model lacks makes up noise and hysteresis of the sensor, by which
     /// the valve is lost.
     pub fn proven_alone(&self, mut alone: Found) -> Option<Found> {
-        alone.is_noise = independent_share(alone.best.as_ref()?) >= LEAST_INDEPENDENT;
+        alone.is_noise = noise_holds(alone.best.as_ref()?);
         self.prove(&mut alone);
         alone.best.is_some().then_some(alone)
     }
@@ -129,7 +129,7 @@ impl Search<'_> {
         }
         found.best = Some(with);
         self.follow(&mut found, known);
-        found.is_noise = independent_share(found.best.as_ref().unwrap_or(&found.base)) >= LEAST_INDEPENDENT;
+        found.is_noise = noise_holds(found.best.as_ref().unwrap_or(&found.base));
         let is_any_unseen = self
             .data
             .recordings
@@ -430,9 +430,18 @@ pub fn without(fit: &Fit, index: usize, data: &Data) -> Option<Fit> {
 
 /// A fit without any of its candidates.
 pub fn without_all(fit: &Fit, data: &Data) -> Option<Fit> {
-    (0..fit.hypothesis.candidates().len())
-        .rev()
-        .try_fold(fit.clone(), |fit, index| without(&fit, index, data))
+    without_others(fit, None, data)
+}
+
+/// A fit without any of its candidates but this one.
+pub fn without_others(fit: &Fit, kept: Option<usize>, data: &Data) -> Option<Fit> {
+    let mut others = (0..fit.hypothesis.candidates().len()).rev().filter(|index| Some(*index) != kept);
+    others.try_fold(fit.clone(), |fit, index| without(&fit, index, data))
+}
+
+/// Whether what a fit leaves is noise of the kind that is reckoned with.
+pub fn noise_holds(fit: &Fit) -> bool {
+    independent_share(fit) >= LEAST_INDEPENDENT
 }
 
 /// A fit whose last candidate is part of the loop: its numbers stay free, and every later hypothesis has it.

@@ -190,6 +190,11 @@ pub struct Kind {
 }
 
 impl Kind {
+    /// Whether it is play, or sticking, at this place.
+    pub fn plays_at(&self, place: Place) -> bool {
+        self.family == Some(Family::Play) && self.place == place
+    }
+
     /// The kind of this name.
     ///
     /// # Errors
@@ -306,7 +311,7 @@ impl Term {
 
     /// Whether it sticks or plays on the way from u to the plant.
     pub fn plays(&self) -> bool {
-        self.kind.family == Some(Family::Play) && self.kind.place == Place::Actuator
+        self.kind.plays_at(Place::Actuator)
     }
 
     /// The most that a parameter may be, of either sign, which is a state in which a recording begins; `None` for another one.

@@ -11,7 +11,7 @@ pub(super) static KIND: Kind = Kind {
     begins: Begins::Later,
     parameters: &[Parameter::new("ratio", "1", Range::NotNegative, |_, _| 1.0)
         .around(1.0)
-        .searched(1.0, LOUDEST)],
+        .searched(QUIETEST, LOUDEST)],
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(SensorNoise { ratio: p[0] }),
@@ -23,6 +23,8 @@ pub(super) static KIND: Kind = Kind {
     says: |p, _| format!("The sensor is {} times as noisy as before.", shown(p[0], "1")),
 };
 
+/// Noise that shrinks is none: what a model lacks had been taken for noise before.
+const QUIETEST: f64 = 1.0;
 /// Beyond this the samples before were none of a sensor's: they were held.
 const LOUDEST: f64 = 100.0;
 

@@ -27,8 +27,6 @@ const EDGE_STEPS: [f64; 4] = [8.0, 4.0, 2.0, 1.0];
 const ROUNDS: usize = 2;
 /// Times that are tried for an edge that no jump shows, and again about the best of them.
 const TIMES: usize = 32;
-/// Part of the largest jump from which on another one belongs to the signal: the levels of a load that jumps by chance differ more.
-const ALIKE: f64 = 0.5;
 /// Edges at most that are read off jumps, each of which is moved for itself, and those of them that no jump shows: more are looked for where doubt is left.
 const MOST_EDGES: usize = 16;
 const MOST_MISSING: usize = 2;
@@ -102,14 +100,14 @@ pub fn likeliest_of(ways: Vec<Way>, base: &Fit, data: &Data, least: f64) -> Vec<
     physics.split_off(base.hypothesis.model.physics.len().min(physics.len()))
 }
 
-/// The ways in which a load of one level may come and go whose jumps these are, at samples and in the drive's unit; none where they are no such jumps. Between two that go the same
+/// The ways in which a load of one level may come and go whose edges these jumps are, at samples and in the drive's unit; none where they are no such jumps. Between two that go the same
 /// way one is missing, and so is one beside an odd number of them.
 pub fn by_jumps(jumps: &[(usize, f64)], base: &Fit, data: &Data) -> Vec<Way> {
     let (Some(realised), Some(signals)) = (base.hypothesis.realise(&base.point), data.recordings.first())
     else {
         return Vec::new();
     };
-    let jumps = of_one_size(jumps);
+    let jumps = in_order(jumps);
     let mean = jumps.iter().map(|(_, size)| size.abs()).sum::<f64>() / jumps.len().max(1) as f64;
     // It is added before the plant's dead time, behind which the filter sees it.
     let at_s =
@@ -142,19 +140,12 @@ pub fn by_jumps(jumps: &[(usize, f64)], base: &Fit, data: &Data) -> Vec<Way> {
     ways.into_iter().flatten().collect()
 }
 
-/// Jumps of about the largest one's size, in order.
-fn of_one_size(jumps: &[(usize, f64)]) -> Vec<(usize, f64)> {
-    let largest = jumps.iter().map(|(_, size)| size.abs()).fold(0.0, f64::max);
-    let mut large: Vec<(usize, f64)> =
-        jumps.iter().copied().filter(|(_, size)| is_of_size(*size, largest)).collect();
-    large.sort_by_key(|(at, _)| *at);
-    large.dedup_by(|next, one| next.0 - one.0 < SAME && next.1 * one.1 > 0.0);
-    large
-}
-
-/// Whether a jump is about as large as the largest one.
-pub fn is_of_size(jump: f64, largest: f64) -> bool {
-    jump.abs() > ALIKE * largest
+/// Jumps in order, each once.
+fn in_order(jumps: &[(usize, f64)]) -> Vec<(usize, f64)> {
+    let mut jumps = jumps.to_vec();
+    jumps.sort_by_key(|(at, _)| *at);
+    jumps.dedup_by(|next, one| next.0 - one.0 < SAME && next.1 * one.1 > 0.0);
+    jumps
 }
 
 /// The way of a level that is on from the first of these edges to the second, and so on, each somewhere between two times.
@@ -369,12 +360,11 @@ mod tests {
         assert!(does(&[on(&[(17.0, 100.0)]), on(&[(40.0, 100.0)])]));
     }
 
-    /// Four jumps of one size with small ones between, and one that was found again three samples later: the four are of the signal.
+    /// Four jumps, one of which was found again three samples later.
     #[test]
-    fn large_jumps_are_of_the_signal_and_small_ones_are_not() {
-        let jumps =
-            [(900, -2.0), (903, -1.9), (500, 2.1), (700, 0.6), (1_400, 1.8), (2_000, -2.2), (100, -0.9)];
-        assert_eq!(of_one_size(&jumps), [(500, 2.1), (900, -2.0), (1_400, 1.8), (2_000, -2.2)]);
+    fn a_jump_that_was_found_again_counts_once() {
+        let jumps = [(900, -2.0), (903, -1.9), (500, 2.1), (1_400, 1.8), (2_000, -2.2)];
+        assert_eq!(in_order(&jumps), [(500, 2.1), (900, -2.0), (1_400, 1.8), (2_000, -2.2)]);
     }
 
     /// A recording of 100 s, of which a fit sees 70 usually: as long as it sees the signal begin and end, else until between its end and what follows; all of it where that is

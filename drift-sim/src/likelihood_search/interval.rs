@@ -6,11 +6,12 @@ use nalgebra::{DMatrix, DVector};
 use crate::estimate::fit::{Fit, Tangent};
 use crate::estimate::hypothesis::{Free, Point, Target};
 use crate::estimate::likelihood::Data;
-use crate::physics::Shared;
+use crate::physics::{Family, Shared};
 use crate::plant::Role;
 
 use super::decide::independent_share;
 use super::needle::{self, peaks};
+use super::one_way;
 use super::raggedness::shaken_along;
 
 /// Half width, in standard errors, of a 95 % interval of what is normally distributed.
@@ -70,7 +71,7 @@ pub fn half_widths(fit: &Fit, data: &Data) -> Vec<f64> {
             *width = f64::INFINITY;
         }
     }
-    for (place, shared) in shared(fit).filter(|_| !data.has_healthy()) {
+    for (place, shared) in shared(fit, one_way::hides_a_load(fit, data)).filter(|_| !data.has_healthy()) {
         if let Some(width) = widths.get_mut(place) {
             *width = libm::hypot(*width, NORMAL_95 * shared);
         }
@@ -110,13 +111,15 @@ fn states(fit: &Fit) -> Vec<(usize, f64)> {
 }
 
 /// Places of the candidates' numbers that another number can take up wholly, with the deviation of that one before any recording: the rows tell the two together alone, but for what cutting
-/// time into samples makes of them. Healthy recordings, in which the candidates are not, tell the other one.
-fn shared(fit: &Fit) -> impl Iterator<Item = (usize, f64)> {
+/// time into samples makes of them; of a motion that goes one way, where friction is a load, those of friction. Healthy recordings, in which the candidates are not, tell the other one.
+fn shared(fit: &Fit, is_load: bool) -> impl Iterator<Item = (usize, f64)> {
     let hypothesis = &fit.hypothesis;
-    hypothesis.free.iter().enumerate().filter_map(|(place, free)| {
+    hypothesis.free.iter().enumerate().filter_map(move |(place, free)| {
         let Target::Term { term, parameter } = free.target else { return None };
         let of = hypothesis.model.physics.get(term).filter(|_| term >= hypothesis.stated)?;
-        let other = match of.kind.parameters.get(parameter)?.shared? {
+        let parameter = of.kind.parameters.get(parameter)?;
+        let is_force = of.kind.family == Some(Family::Friction) && parameter.unit == "{drive}";
+        let other = match parameter.shared.or((is_load && is_force).then_some(Shared::ConstantLoad))? {
             Shared::ConstantLoad => Target::ConstantLoad,
             Shared::Viscous => {
                 Target::Plant(hypothesis.numbers.iter().position(|number| number.role == Role::Viscous)?)

@@ -94,28 +94,70 @@ pub fn taken_up(found: Identified, field: Field, may_come_and_go: bool, options:
     TakenUp { found, field, comes_and_goes: comes_and_goes.unwrap_or_default() }
 }
 
+/// Parts of the largest jump from which on another one belongs to what comes and goes: the levels of a load that jumps by chance differ more, and one of them may be an edge as well.
+const ALIKE_PARTS: [f64; 2] = [0.5, 0.75];
+
 /// What comes and goes in the first recording, if its largest jumps are those of one level that does, and this, the other jumps beside it, is likelier than jumps that are
-/// noise, all of them. In other recordings it has other times: these take no part.
+/// noise, all of them. A kind that leads may have taken up an edge, which the base's own jumps have. In other recordings it has other times: these take no part.
 fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Options) -> Option<Vec<Term>> {
+    let of_base = (!jumping.fit.hypothesis.candidates().is_empty())
+        .then(|| jumping_beside(Jumping::new(base.clone(), Vec::new(), data), data, f64::INFINITY))
+        .flatten();
     let data = &comes_and_goes::of_first(data);
-    let jumps: Vec<Jump> = jumping.jumps.iter().filter(|jump| jump.recording == 0).copied().collect();
+    let as_noise = {
+        let jumps = of_first(&jumping.jumps);
+        let all = data.clone().jumping(as_jumps(&jumps, data, jumping.fit.rows.sensor_sd));
+        price(&refitted(&jumping.fit, &all)?, &jumps, data)
+    };
+    let mut edges_of: Vec<Vec<usize>> = Vec::new();
+    let mut ways: Vec<(f64, Vec<Term>)> = Vec::new();
+    for of in std::iter::once(jumping).chain(&of_base) {
+        let jumps = of_first(&of.jumps);
+        let largest = jumps.iter().map(|jump| jump.size.abs()).fold(0.0, f64::max);
+        for part in ALIKE_PARTS {
+            let is_edge = |jump: &&Jump| jump.size.abs() > part * largest;
+            let (edges, others): (Vec<&Jump>, Vec<&Jump>) = jumps.iter().partition(is_edge);
+            let at: Vec<usize> = edges.iter().map(|jump| jump.at).collect();
+            if at.is_empty() || edges_of.contains(&at) {
+                continue;
+            }
+            edges_of.push(at);
+            ways.extend(coming_and_going(of, (&edges, &others), base, data, options));
+        }
+    }
+    let (with, terms) = ways.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (with < as_noise).then_some(terms)
+}
+
+/// What comes and goes by these edges, the other jumps beside it, and its [`price`].
+fn coming_and_going(
+    of: &Jumping,
+    (edges, others): (&[&Jump], &[&Jump]),
+    base: &Fit,
+    data: &Data,
+    options: &Options,
+) -> Option<(f64, Vec<Term>)> {
     // What comes and goes has bent the numbers of a base without jumps.
-    let base = Fit::at(&base.hypothesis, &shared_point(base, &jumping.fit), data)?;
-    let at: Vec<(usize, f64)> = jumps.iter().map(|jump| (jump.at, jump.size)).collect();
-    let ways = comes_and_goes::by_jumps(&at, &base, data);
-    let terms = comes_and_goes::likeliest_of(ways, &base, data, options.least_gain);
+    let base = Fit::at(&base.hypothesis, &shared_point(base, &of.fit), data)?;
+    let at: Vec<(usize, f64)> = edges.iter().map(|jump| (jump.at, jump.size)).collect();
+    let terms = comes_and_goes::likeliest_of(
+        comes_and_goes::by_jumps(&at, &base, data),
+        &base,
+        data,
+        options.least_gain,
+    );
     if terms.is_empty() {
         return None;
     }
-    let largest = jumps.iter().map(|jump| jump.size.abs()).fold(0.0, f64::max);
-    let is_edge = |jump: &Jump| comes_and_goes::is_of_size(jump.size, largest);
-    let others: Vec<Jump> = jumps.iter().filter(|jump| !is_edge(jump)).copied().collect();
-    let under = |jumps: &[Jump]| data.clone().jumping(as_jumps(jumps, data, jumping.fit.rows.sensor_sd));
-    let (beside, all) = (under(&others), under(&jumps));
+    let others: Vec<Jump> = others.iter().map(|jump| **jump).collect();
+    let beside = data.clone().jumping(as_jumps(&others, data, of.fit.rows.sensor_sd));
     let with = comes_and_goes::beside(&base.on(&beside)?, &terms, &beside, options.least_gain)?;
-    let with = price(&refitted(&with, &beside)?, &others, data);
-    let as_noise = price(&refitted(&jumping.fit, &all)?, &jumps, data);
-    (with < as_noise).then_some(terms)
+    Some((price(&refitted(&with, &beside)?, &others, data), terms))
+}
+
+/// Those of the first recording.
+fn of_first(jumps: &[Jump]) -> Vec<Jump> {
+    jumps.iter().filter(|jump| jump.recording == 0).copied().collect()
 }
 
 /// The likeliest of base and leading kinds with the jumps that each asks for, where it is likelier than all of them without.

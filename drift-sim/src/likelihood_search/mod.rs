@@ -14,6 +14,7 @@ mod alternatives;
 mod apart;
 mod attempts;
 mod begun;
+mod beside_friction;
 mod climb;
 mod comes_and_goes;
 pub(crate) mod conclude;

@@ -1,6 +1,7 @@
 //! Motion that goes one way only: dry friction and a load that stays are one force there, and no number of samples tells how much of it is which.
 
 use crate::estimate::fit::Fit;
+use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::likelihood::Data;
 use crate::estimate::measure::{positions, shows_speed};
 use crate::estimate::signals::{Signals, held};
@@ -14,14 +15,18 @@ const TURNS: f64 = 6.0;
 
 /// Whether a fit has dry friction in it and the recordings move one way only.
 pub fn hides_a_load(fit: &Fit, data: &Data) -> bool {
-    let hypothesis = &fit.hypothesis;
-    let has_friction = hypothesis.model.physics.iter().any(|term| term.kind.family == Some(Family::Friction));
-    has_friction
-        && goes_one_way(&data.recordings, shows_speed(&hypothesis.model.plant), hypothesis.scales.noise)
+    let has_friction =
+        fit.hypothesis.model.physics.iter().any(|term| term.kind.family == Some(Family::Friction));
+    has_friction && way_of(&fit.hypothesis, data).is_some()
 }
 
-/// Whether hardly any of the way of these recordings leads back.
-fn goes_one_way(recordings: &[Signals], is_speed: bool, noise: f64) -> bool {
+/// The sign of the way that the recordings of a loop lead; `None` where they lead both.
+pub fn way_of(hypothesis: &Hypothesis, data: &Data) -> Option<f64> {
+    one_way(&data.recordings, shows_speed(&hypothesis.model.plant), hypothesis.scales.noise)
+}
+
+/// The sign of the way of these recordings, if hardly any of it leads back.
+fn one_way(recordings: &[Signals], is_speed: bool, noise: f64) -> Option<f64> {
     let (mut forth, mut back) = (0.0, 0.0);
     for signals in recordings {
         let y = held(&signals.y);
@@ -41,7 +46,7 @@ fn goes_one_way(recordings: &[Signals], is_speed: bool, noise: f64) -> bool {
             at = next;
         }
     }
-    f64::min(forth, back) <= BACK * f64::max(forth, back)
+    (f64::min(forth, back) <= BACK * f64::max(forth, back)).then_some((forth - back).signum())
 }
 
 #[cfg(test)]
@@ -59,22 +64,23 @@ mod tests {
     #[test]
     fn a_step_without_overshoot_goes_one_way() {
         let step = signals(|t| 1.0 - libm::exp(-t));
-        assert!(goes_one_way(std::slice::from_ref(&step), false, 0.01));
-        assert!(goes_one_way(&[step.clone(), step], false, 0.01));
+        assert_eq!(one_way(std::slice::from_ref(&step), false, 0.01), Some(1.0));
+        assert_eq!(one_way(&[step.clone(), step], false, 0.01), Some(1.0));
     }
 
     #[test]
     fn a_step_that_overshoots_by_a_third_and_one_back_do_not() {
         let swings = signals(|t| 1.0 + 0.33 * libm::exp(-(t - 2.0) * (t - 2.0)) - libm::exp(-3.0 * t));
-        assert!(!goes_one_way(&[swings], false, 0.01));
+        assert_eq!(one_way(&[swings], false, 0.01), None);
         let (there, back) = (signals(|t| 1.0 - libm::exp(-t)), signals(|t| libm::exp(-t)));
-        assert!(!goes_one_way(&[there, back], false, 0.01));
+        assert_eq!(one_way(&[there, back], false, 0.01), None);
     }
 
     /// A motor that turns one way at varying speed, and one that turns back.
     #[test]
     fn a_speed_that_keeps_its_sign_goes_one_way() {
-        assert!(goes_one_way(&[signals(|t| 2.0 + libm::sin(t))], true, 0.01));
-        assert!(!goes_one_way(&[signals(libm::sin)], true, 0.01));
+        assert_eq!(one_way(&[signals(|t| 2.0 + libm::sin(t))], true, 0.01), Some(1.0));
+        assert_eq!(one_way(&[signals(|t| -2.0 + libm::sin(t))], true, 0.01), Some(-1.0));
+        assert_eq!(one_way(&[signals(libm::sin)], true, 0.01), None);
     }
 }

@@ -7,6 +7,7 @@ use crate::estimate::likelihood::Data;
 use crate::physics::{Family, Kind, Starts, Term};
 
 use super::all_samples;
+use super::beside_friction::BesideFriction;
 use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
 use super::early_moves::gained_again;
 use super::found::{Choice, Contender, Found};
@@ -94,12 +95,19 @@ impl Search<'_> {
         let rivals = as_listed(&decision.scored);
         let contenders = contenders(&first, &decision);
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
-        if independent_share(likeliest) < BEYOND_REPAIR {
+        let friction =
+            (!decision.set.is_empty()).then(|| BesideFriction::searched(self, &first, &found)).flatten();
+        if independent_share(likeliest) < BEYOND_REPAIR
+            && !friction.as_ref().and_then(BesideFriction::best).is_some_and(noise_holds)
+        {
             return Found { set: decision.left(), is_noise: false, ..found };
         }
         self.take(&mut found, &first, decision);
         let alone = found.clone();
         self.follow(&mut found, None);
+        let reached = found.best.as_ref().unwrap_or(likeliest);
+        found =
+            friction.and_then(|friction| friction.instead_of(reached, self.options.margin)).unwrap_or(found);
         // Where causes are left, what is left beside the likeliest of them counts.
         let left = if found.set.is_empty() { &found.base } else { likeliest };
         found.is_noise = noise_holds(found.best.as_ref().unwrap_or(left));
@@ -151,7 +159,7 @@ impl Search<'_> {
     }
 
     /// Names kind after kind beside what is named already; the first of a field, if that is known.
-    fn follow(&self, found: &mut Found, mut known: Option<Field>) {
+    pub fn follow(&self, found: &mut Found, mut known: Option<Field>) {
         while !found.named.is_empty() && found.named.len() < self.options.most_terms {
             let Some(best) = found.best.clone() else { break };
             let least = (self.options.least_share * strongest(found)).max(self.further_gain(&best));

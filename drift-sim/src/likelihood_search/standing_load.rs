@@ -18,6 +18,8 @@ use super::prove::gained;
 pub const KIND: &str = "load_step";
 /// What does the same to y where the plant keeps its level.
 const ALIKE: &str = "sensor_bias";
+/// What takes as much from the drive on a way that leads only forth.
+const FRICTION: &str = "coulomb_friction";
 /// Steps of the fit without it.
 const REFIT_STEPS: usize = 10;
 
@@ -44,9 +46,18 @@ pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     if may_be_none(best, place, data) {
         return None;
     }
-    let is_alike = hypothesis.model.plant.keeps_its_level();
-    let tied = Kind::named(ALIKE).ok().filter(|_| is_alike).map(|kind| kind.name);
-    Some(Choice { tied: tied.into_iter().collect(), gain, unseen: Some(unseen), among: 0 })
+    let tied = [ALIKE, FRICTION]
+        .into_iter()
+        .zip([hypothesis.model.plant.keeps_its_level(), may_be_friction(best, place, data)]);
+    let tied = tied.filter_map(|(kind, is_alike)| is_alike.then_some(kind)).collect();
+    Some(Choice { tied, gain, unseen: Some(unseen), among: 0 })
+}
+
+/// Whether dry friction would be the same: the load takes from the drive of a mass that moves one way only.
+fn may_be_friction(best: &Fit, place: usize, data: &Data) -> bool {
+    let applies = Kind::named(FRICTION).is_ok_and(|kind| (kind.applies)(&best.hypothesis.model.plant));
+    let load = best.point.x.get(place).copied().unwrap_or(0.0);
+    applies && one_way::way_of(&best.hypothesis, data).is_some_and(|way| way * load > 0.0)
 }
 
 /// Whether the load's interval reaches zero: the other numbers take it up, further off than the fit without it went.

@@ -9,11 +9,11 @@ use crate::physics::{Family, Kind, Starts, Term};
 use super::all_samples;
 use super::beside_friction::BesideFriction;
 use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
-use super::early_moves::gained_again;
 use super::found::{Choice, Contender, Found};
 use super::glance::Round;
 use super::guarantee::decide_surely;
 use super::jumping_load::is_jump;
+use super::less_seen::gained_again;
 use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
@@ -275,7 +275,8 @@ impl Search<'_> {
                 if let Some(choice) = found.named.get_mut(index) {
                     among = choice.among;
                     if !unseen.is_some_and(|unseen| unseen.is_sure_among(among)) {
-                        unseen = gained_again(&best, &without, self.data).or(unseen);
+                        let onset_s = best.point.onsets.get(index).copied().unwrap_or(0.0);
+                        unseen = gained_again(&best, &without, onset_s, self.data).or(unseen);
                     }
                     choice.unseen = unseen;
                     if best.hypothesis.candidates().len() > 1 {

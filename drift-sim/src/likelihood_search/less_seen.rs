@@ -1,5 +1,6 @@
-//! A proof where the reference moves early: what a fit has not seen of a loop that then holds proves nothing. There both fits are made again without some of what they have seen, and
-//! foretell that as well. The kind itself was chosen with it, which the proof has to make up for.
+//! A proof by more than a fit has left unseen, where that proves nothing: the reference moves early, and the loop holds then; what is named begins early, and a load that drifts makes up for
+//! it by then; or it is something that a healthy loop lacked, and the one plant that was to explain both foretells what it is now, and not what it was. There both fits are made again without
+//! some of what they have seen, and foretell that as well. The kind itself was chosen with it, which the proof has to make up for.
 
 use crate::estimate::fit::Fit;
 use crate::estimate::likelihood::Data;
@@ -15,12 +16,15 @@ const LEAST_WAY: f64 = 0.2;
 const LEAST_UNSEEN: f64 = 0.1;
 /// Parts of what a fit has seen that it may still see then; of the first recording half, for a fit is made of something.
 const STILL_SEEN: [f64; 2] = [0.5, 0.0];
+/// Part of a healthy recording that a fit may see then.
+const HEALTHY_SEEN: f64 = 0.7;
 /// Steps of the fits that are made again.
 const STEPS: usize = 10;
 
-/// What one fit gains over another beyond what both see then; `None` where the reference moves enough in what they have not seen, or nowhere.
-pub fn gained_again(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
-    let data = &data.seeing(less_seen(data)?);
+/// What one fit gains over another, a term of its that begins at so many seconds, beyond what both see then; `None` where the reference moves enough in what they have not seen, or nowhere,
+/// nothing begins in a further recording, and none is healthy.
+pub fn gained_again(better: &Fit, worse: &Fit, onset_s: f64, data: &Data) -> Option<Gained> {
+    let data = &data.seeing(less_seen(data, onset_s)?);
     let again = |fit: &Fit| {
         let mut fit = fit.on(data)?;
         fit.descend(data, STEPS, &stuck(&fit.hypothesis));
@@ -30,10 +34,23 @@ pub fn gained_again(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
 }
 
 /// The samples of each recording that a fit sees then.
-fn less_seen(data: &Data) -> Option<Vec<usize>> {
+fn less_seen(data: &Data, onset_s: f64) -> Option<Vec<usize>> {
     let each = data.recordings.iter().zip(&data.fitted).enumerate();
-    let less: Vec<usize> = each.map(|(i, (signals, fitted))| less_of(signals, *fitted, i == 0)).collect();
+    let less = each.map(|(i, (signals, fitted))| {
+        if i >= data.healthy_from {
+            return (HEALTHY_SEEN * *fitted as f64) as usize;
+        }
+        let less = less_of(signals, *fitted, i == 0);
+        if i == 0 { less } else { less.min(before(onset_s, signals, *fitted)) }
+    });
+    let less: Vec<usize> = less.collect();
     (less != data.fitted).then_some(less)
+}
+
+/// Half of what comes before an onset, where a fit has seen that.
+fn before(onset_s: f64, signals: &Signals, fitted: usize) -> usize {
+    let onset = (onset_s / signals.sample_time_s) as usize;
+    if onset > 0 && onset < fitted { onset / 2 } else { fitted }
 }
 
 fn less_of(signals: &Signals, fitted: usize, is_first: bool) -> usize {
@@ -62,6 +79,13 @@ mod tests {
     /// What is still seen of 1000 samples of which 500 were, over this reference.
     fn still_seen(r: impl Fn(usize) -> f64, is_first: bool) -> usize {
         less_of(&of(r), 500, is_first)
+    }
+
+    /// A fit that has seen 500 samples, where something begins at 300 of them, and at none, and at 600.
+    #[test]
+    fn what_proves_holds_what_begins() {
+        let begins = |at: f64| before(0.1 * at, &Signals { sample_time_s: 0.1, ..of(|_| 3.0) }, 500);
+        assert_eq!([begins(300.5), begins(0.0), begins(600.0)], [150, 500, 500]);
     }
 
     #[test]

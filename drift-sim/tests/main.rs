@@ -8,6 +8,7 @@
 )]
 
 mod baseline_file;
+mod beside_friction;
 mod calibration;
 mod calibration_promise;
 mod coming_and_going_load;

@@ -12,7 +12,9 @@ pub(super) static KIND: Kind = Kind {
     applies: every_plant,
     consistent: any_values,
     effect: |p, _| Box::new(DeadZone { half_width: p[0] }),
-    search: Starts::Grid(|s| grid([0.01, 0.02, 0.04, 0.07, 0.12, 0.2], |part| vec![part * s.u_range])),
+    search: Starts::Grid(|s| {
+        grid([0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.4, 0.48], |part| vec![part * s.u_range])
+    }),
     family: None,
     excitation: "u that passes through zero.",
     ties: &["backlash", "coulomb_friction"],

@@ -13,8 +13,8 @@ use super::decide::cost_of;
 use super::missing_drive;
 use super::nominal;
 use super::parts::Parts;
-use super::search::without;
 use super::two_levels::{TwoLevels, two_levels};
+use super::without::without;
 use super::{Case, Searched, law, spans};
 
 /// Samples in which steps are looked for.

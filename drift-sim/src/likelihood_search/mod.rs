@@ -60,6 +60,7 @@ mod under_coloring;
 pub(crate) mod units;
 mod unseen;
 mod wave_in_u;
+mod without;
 
 use crate::control_loop::Loop;
 use crate::controller::Controller;
@@ -86,7 +87,8 @@ use options::Options;
 use parts::Parts;
 use plants::{Candidate, Identified};
 use rivals::{Field, Sketch};
-use search::{Search, without_all, without_others};
+use search::Search;
+use without::{without_all, without_others};
 
 /// Diagnoses recordings of one loop, which share a likelihood, against what is stated of it; `None` where the loop can't be simulated beside them, or its law is another one.
 pub fn diagnose(

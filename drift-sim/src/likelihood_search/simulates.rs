@@ -100,7 +100,7 @@ impl Trial<'_> {
         let is_led = LazyCell::new(|| self.is_led_by_the_load());
         let as_noise_has_it = || missed.is_some_and(Missed::is_as_noise_has_it) || *is_led;
         self.follows(before, after, as_noise_has_it)
-            && self.is_no_worse(before, after, as_noise_has_it)
+            && self.is_no_worse(before, after, || *missed, as_noise_has_it)
             && (self.explains(before, after, || *missed) || *is_led)
     }
 
@@ -248,12 +248,19 @@ impl Trial<'_> {
             || (after.y_pct > LEAST_FOLLOWED_PCT && excused(LEAST_PREDICTED))
     }
 
-    fn is_no_worse(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
+    fn is_no_worse(
+        &self,
+        before: FitPct,
+        after: FitPct,
+        missed: impl Fn() -> Option<Missed>,
+        as_noise_has_it: impl Fn() -> bool,
+    ) -> bool {
+        // What noise leads farther in all that are drawn is a loop that is held less than the measured one: it excuses anything.
+        let is_held = || missed().is_none_or(|missed| missed.measured >= missed.least_drawn);
         self.found.physics.iter().all(is_noise)
             || after.error() < MOST_WORSE * before.error()
-            || as_noise_has_it()
             || self.is_led_no_farther()
-            || self.is_no_worse_than_drawn()
+            || (is_held() && (as_noise_has_it() || self.is_no_worse_than_drawn()))
     }
 
     /// Whether a closed loop that has what is named may be simulated as much worse with it than without it: one that cycles has a phase that its noise gives it, and a simulation another one.
@@ -324,11 +331,11 @@ impl Trial<'_> {
         let (load, swings) = (self.load_sd()?, self.swings());
         let missed_in = |signals: &Signals| missed(self.model, signals, load, swings.as_ref());
         let drawn = self.each_drawn(missed_in)?;
-        Some(Missed {
-            measured: missed_in(self.shown)?,
-            mean_drawn: drawn.iter().sum::<f64>() / DRAWN as f64,
-            most_drawn: drawn.into_iter().filter(|_| self.is_closed()).fold(0.0, f64::max),
-        })
+        let mean_drawn = drawn.iter().sum::<f64>() / DRAWN as f64;
+        let least = drawn.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = drawn.into_iter().fold(0.0, f64::max);
+        let (least_drawn, most_drawn) = if self.is_closed() { (least, most) } else { (0.0, 0.0) };
+        Some(Missed { measured: missed_in(self.shown)?, mean_drawn, least_drawn, most_drawn })
     }
 
     /// What is asked of each recording that is drawn from the fit.
@@ -384,7 +391,8 @@ impl Trial<'_> {
 struct Missed {
     measured: f64,
     mean_drawn: f64,
-    /// 0 under an unknown law: from u alone noise leads a few of those drawn so far that they would excuse anything.
+    least_drawn: f64,
+    /// Both 0 under an unknown law: from u alone noise leads a few of those drawn so far that they would excuse anything.
     most_drawn: f64,
 }
 

@@ -18,8 +18,8 @@ use super::nominal::with_noise;
 use super::options::Options;
 use super::parts::Parts;
 use super::plants::{Identified, guessing};
-use super::search::without;
 use super::units;
+use super::without::without;
 
 /// Levels of friction tried, as parts of the largest u.
 const FRICTIONS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.45];

@@ -20,6 +20,7 @@ mod effort_families;
 mod effort_memory;
 mod ewma_run_lengths;
 mod far_from_the_first_fit;
+mod faults_of_sentences;
 mod fleet_command;
 mod friction_by_direction;
 mod further_searches;

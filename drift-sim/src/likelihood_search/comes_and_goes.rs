@@ -64,6 +64,13 @@ pub struct Way {
     unseen: Vec<Unseen>,
 }
 
+impl Way {
+    /// Whether a jump shows each of its edges.
+    pub fn is_shown(&self) -> bool {
+        self.unseen.is_empty()
+    }
+}
+
 /// An edge of which is known between which times it is.
 #[derive(Clone, Copy)]
 struct Unseen {

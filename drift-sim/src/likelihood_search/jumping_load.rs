@@ -94,8 +94,9 @@ pub fn taken_up(found: Identified, field: Field, may_come_and_go: bool, options:
     TakenUp { found, field, comes_and_goes: comes_and_goes.unwrap_or_default() }
 }
 
-/// Parts of the largest jump from which on another one belongs to what comes and goes: the levels of a load that jumps by chance differ more, and one of them may be an edge as well.
-const ALIKE_PARTS: [f64; 2] = [0.5, 0.75];
+/// Parts of the largest jump from which on another one belongs to what comes and goes: the levels of a load that jumps by chance differ more. One of them may be as large as an edge, and is left
+/// out by the second part, where each edge is then a jump.
+const ALIKE_PARTS: [(f64, bool); 2] = [(0.5, true), (0.75, false)];
 
 /// What comes and goes in the first recording, if its largest jumps are those of one level that does, and this, the other jumps beside it, is likelier than jumps that are
 /// noise, all of them. A kind that leads may have taken up an edge, which the base's own jumps have. In other recordings it has other times: these take no part.
@@ -114,7 +115,7 @@ fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Optio
     for of in std::iter::once(jumping).chain(&of_base) {
         let jumps = of_first(&of.jumps);
         let largest = jumps.iter().map(|jump| jump.size.abs()).fold(0.0, f64::max);
-        for part in ALIKE_PARTS {
+        for (part, may_miss) in ALIKE_PARTS {
             let is_edge = |jump: &&Jump| jump.size.abs() > part * largest;
             let (edges, others): (Vec<&Jump>, Vec<&Jump>) = jumps.iter().partition(is_edge);
             let at: Vec<usize> = edges.iter().map(|jump| jump.at).collect();
@@ -122,17 +123,17 @@ fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Optio
                 continue;
             }
             edges_of.push(at);
-            ways.extend(coming_and_going(of, (&edges, &others), base, data, options));
+            ways.extend(coming_and_going(of, (&edges, &others, may_miss), base, data, options));
         }
     }
     let (with, terms) = ways.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
     (with < as_noise).then_some(terms)
 }
 
-/// What comes and goes by these edges, the other jumps beside it, and its [`price`].
+/// What comes and goes by these edges, of which some may be missing, the other jumps beside it, and its [`price`].
 fn coming_and_going(
     of: &Jumping,
-    (edges, others): (&[&Jump], &[&Jump]),
+    (edges, others, may_miss): (&[&Jump], &[&Jump], bool),
     base: &Fit,
     data: &Data,
     options: &Options,
@@ -140,12 +141,9 @@ fn coming_and_going(
     // What comes and goes has bent the numbers of a base without jumps.
     let base = Fit::at(&base.hypothesis, &shared_point(base, &of.fit), data)?;
     let at: Vec<(usize, f64)> = edges.iter().map(|jump| (jump.at, jump.size)).collect();
-    let terms = comes_and_goes::likeliest_of(
-        comes_and_goes::by_jumps(&at, &base, data),
-        &base,
-        data,
-        options.least_gain,
-    );
+    let mut ways = comes_and_goes::by_jumps(&at, &base, data);
+    ways.retain(|way| may_miss || way.is_shown());
+    let terms = comes_and_goes::likeliest_of(ways, &base, data, options.least_gain);
     if terms.is_empty() {
         return None;
     }

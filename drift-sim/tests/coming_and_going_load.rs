@@ -21,8 +21,8 @@ const LEVEL: f64 = 4.0;
 /// A recording with these spans of the signal.
 fn recorded(model: &Loop, spans: &[(f64, f64)], seed: u64) -> Signals {
     let signal = Term::new("injected_signal", &[("level", LEVEL)]).unwrap().within(spans);
-    let physics = if spans.is_empty() { Vec::new() } else { vec![signal] };
-    let model = Loop { physics, ..model.clone() };
+    let mut model = model.clone();
+    model.physics.extend((!spans.is_empty()).then_some(signal));
     let r = Reference::random(50.0, 3.0, 900, seed).take_samples(SAMPLES);
     random_load::recorded(&model, r, (LOAD, STAYS), seed, Some(&Start::held(50.0, 60.0)))
 }
@@ -46,6 +46,33 @@ fn a_signal_that_is_on_twice_is_named_with_its_times() {
     for ((from, to), (is_from, is_to)) in term.spans.iter().zip(spans) {
         assert!((from - is_from).abs() < 2.0 && (to - is_to).abs() < 2.0, "{term:?}");
     }
+}
+
+/// The same beside a load that jumps now and then, once by six tenths of the signal's level: that is no edge of it.
+#[test]
+#[ignore = "slow: a diagnosis"]
+fn a_jump_of_the_load_is_no_edge_of_the_signal() {
+    let model = Loop::parse(FLOW, "loop.toml").unwrap();
+    let jump =
+        |(onset_s, by): (f64, f64)| Term { onset_s, ..Term::new("load_step", &[("level", by)]).unwrap() };
+    let jumps = [
+        (200.0, 0.9),
+        (520.0, -1.3),
+        (1_130.0, 1.1),
+        (1_700.0, -1.2),
+        (2_050.0, 0.8),
+        (2_620.0, -1.0),
+        (3_060.0, 2.4),
+        (3_400.0, -1.5),
+    ]
+    .map(jump);
+    let spans = [(850.0, 1_550.0), (2_310.0, 2_500.0)];
+    let loaded = Loop { physics: jumps.to_vec(), ..model.clone() };
+    let found = diagnose(&[recorded(&loaded, &spans, 7)], Some(&recorded(&loaded, &spans, 8)), &model).unwrap();
+    let signal = found.physics.iter().find(|named| named.term.kind.name == "injected_signal");
+    let term = &signal.unwrap_or_else(|| panic!("{:?}", found.physics)).term;
+    assert!((term.value("level").unwrap() - LEVEL).abs() < 0.4, "{term:?}");
+    assert_eq!(term.spans.len(), spans.len(), "{term:?}");
 }
 
 /// The same loop without the signal: nothing is.

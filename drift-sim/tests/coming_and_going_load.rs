@@ -68,7 +68,8 @@ fn a_jump_of_the_load_is_no_edge_of_the_signal() {
     .map(jump);
     let spans = [(850.0, 1_550.0), (2_310.0, 2_500.0)];
     let loaded = Loop { physics: jumps.to_vec(), ..model.clone() };
-    let found = diagnose(&[recorded(&loaded, &spans, 7)], Some(&recorded(&loaded, &spans, 8)), &model).unwrap();
+    let found =
+        diagnose(&[recorded(&loaded, &spans, 7)], Some(&recorded(&loaded, &spans, 8)), &model).unwrap();
     let signal = found.physics.iter().find(|named| named.term.kind.name == "injected_signal");
     let term = &signal.unwrap_or_else(|| panic!("{:?}", found.physics)).term;
     assert!((term.value("level").unwrap() - LEVEL).abs() < 0.4, "{term:?}");

@@ -53,9 +53,8 @@ impl BesideFriction {
         if ahead < if as_likely.is_some() { -margin } else { margin } {
             return None;
         }
-        if let Some((kind, choice)) =
-            as_likely.zip(self.found.named.get_mut(self.index)).filter(|_| ahead < margin)
-        {
+        let named = as_likely.zip(self.found.named.get_mut(self.index)).filter(|_| ahead < margin);
+        if let Some((kind, choice)) = named.filter(|(kind, choice)| !choice.tied.contains(&kind.name)) {
             choice.tied.push(kind.name);
         }
         Some(self.found)

@@ -8,12 +8,9 @@ use crate::physics::{Kind, Shared};
 use super::decide::priced;
 use super::found::{Choice, Found};
 use super::glance::{Glance, Round, gain_over};
-use super::one_way;
+use super::one_way::{self, FRICTION};
 use super::rivals::Field;
 use super::search::Search;
-
-/// The friction that every machine has.
-const FRICTION: &str = "coulomb_friction";
 
 /// By how much a short fit may understate what its kind gains, and log-likelihood that it may lack besides: a kind whose short fit comes to three tenths of the best one's, or this close to
 /// it, is fitted to the end (`rivals.rs`).

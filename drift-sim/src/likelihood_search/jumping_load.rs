@@ -105,19 +105,12 @@ fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Optio
         .then(|| jumping_beside(Jumping::new(base.clone(), Vec::new(), data), data, f64::INFINITY))
         .flatten();
     let data = &comes_and_goes::of_first(data);
-    let as_noise = {
-        let jumps = of_first(&jumping.jumps);
-        let all = data.clone().jumping(as_jumps(&jumps, data, jumping.fit.rows.sensor_sd));
-        price(&refitted(&jumping.fit, &all)?, &jumps, data)
-    };
     let mut edges_of: Vec<Vec<usize>> = Vec::new();
     let mut ways: Vec<(f64, Vec<Term>)> = Vec::new();
     for of in std::iter::once(jumping).chain(&of_base) {
         let jumps = of_first(&of.jumps);
-        let largest = jumps.iter().map(|jump| jump.size.abs()).fold(0.0, f64::max);
         for (part, may_miss) in ALIKE_PARTS {
-            let is_edge = |jump: &&Jump| jump.size.abs() > part * largest;
-            let (edges, others): (Vec<&Jump>, Vec<&Jump>) = jumps.iter().partition(is_edge);
+            let (edges, others) = edges_and_others(&jumps, part);
             let at: Vec<usize> = edges.iter().map(|jump| jump.at).collect();
             if at.is_empty() || edges_of.contains(&at) {
                 continue;
@@ -127,13 +120,22 @@ fn comes_and_goes_in(jumping: &Jumping, base: &Fit, data: &Data, options: &Optio
         }
     }
     let (with, terms) = ways.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let jumps = of_first(&jumping.jumps);
+    let all = data.clone().jumping(as_jumps(&jumps, data, jumping.fit.rows.sensor_sd));
+    let as_noise = price(&refitted(&jumping.fit, &all)?, &jumps, data);
     (with < as_noise).then_some(terms)
+}
+
+/// Jumps that are larger than this part of the largest, and those that are not.
+fn edges_and_others(jumps: &[Jump], part: f64) -> (Vec<Jump>, Vec<Jump>) {
+    let largest = jumps.iter().map(|jump| jump.size.abs()).fold(0.0, f64::max);
+    jumps.iter().copied().partition(|jump| jump.size.abs() > part * largest)
 }
 
 /// What comes and goes by these edges, of which some may be missing, the other jumps beside it, and its [`price`].
 fn coming_and_going(
     of: &Jumping,
-    (edges, others, may_miss): (&[&Jump], &[&Jump], bool),
+    (edges, others, may_miss): (&[Jump], &[Jump], bool),
     base: &Fit,
     data: &Data,
     options: &Options,
@@ -147,10 +149,9 @@ fn coming_and_going(
     if terms.is_empty() {
         return None;
     }
-    let others: Vec<Jump> = others.iter().map(|jump| **jump).collect();
-    let beside = data.clone().jumping(as_jumps(&others, data, of.fit.rows.sensor_sd));
+    let beside = data.clone().jumping(as_jumps(others, data, of.fit.rows.sensor_sd));
     let with = comes_and_goes::beside(&base.on(&beside)?, &terms, &beside, options.least_gain)?;
-    Some((price(&refitted(&with, &beside)?, &others, data), terms))
+    Some((price(&refitted(&with, &beside)?, others, data), terms))
 }
 
 /// Those of the first recording.
@@ -392,6 +393,16 @@ mod tests {
 
     fn jump(recording: usize, at: usize, size: f64) -> Jump {
         Jump { recording, at, size, promise: 100.0 }
+    }
+
+    /// Four jumps of one size with small ones between: the four are edges.
+    #[test]
+    fn large_jumps_are_of_the_signal_and_small_ones_are_not() {
+        let jumps = [(900, -2.0), (500, 2.1), (700, 0.6), (1_400, 1.8), (2_000, -2.2), (100, -0.9)];
+        let jumps = jumps.map(|(at, size)| jump(0, at, size));
+        let at = |jumps: &[Jump]| jumps.iter().map(|jump| jump.at).collect::<Vec<_>>();
+        let (edges, others) = edges_and_others(&jumps, ALIKE_PARTS[0].0);
+        assert_eq!((at(&edges), at(&others)), (vec![900, 500, 1_400, 2_000], vec![700, 100]));
     }
 
     /// Jumps of about 0.3 in two recordings, and one of 2.5 in each: of one recording its own alone would be left, of two both make each other look usual.

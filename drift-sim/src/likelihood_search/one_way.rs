@@ -13,6 +13,9 @@ const BACK: f64 = 0.005;
 /// Deviations of the sensor's noise that y turns by at least, for it to be the mass that turned.
 const TURNS: f64 = 6.0;
 
+/// The friction that is a load there.
+pub const FRICTION: &str = "coulomb_friction";
+
 /// Whether a fit has dry friction in it and the recordings move one way only.
 pub fn hides_a_load(fit: &Fit, data: &Data) -> bool {
     let has_friction =

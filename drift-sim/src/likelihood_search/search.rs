@@ -97,22 +97,19 @@ impl Search<'_> {
         let rivals = as_listed(&decision.scored);
         let contenders = contenders(&first, &decision);
         let mut found = Found { rivals, contenders, ..self.nominal_only(first.base.clone()) };
-        let beyond = (independent_share(likeliest) < BEYOND_REPAIR).then(|| Found {
-            set: decision.left(),
-            is_noise: false,
-            ..found.clone()
-        });
-        if let Some(beyond) = beyond.as_ref().filter(|_| !is_friction_first(likeliest)) {
-            return beyond.clone();
+        let set = decision.left();
+        let is_beyond_repair = independent_share(likeliest) < BEYOND_REPAIR;
+        if is_beyond_repair && !is_friction_first(likeliest) {
+            return Found { set, is_noise: false, ..found };
         }
-        let is_anything_found = !decision.set.is_empty();
+        let begun = is_beyond_repair.then(|| found.clone());
         self.take(&mut found, &first, decision);
         let alone = found.clone();
         self.follow(&mut found, None);
-        if let Some(beyond) = beyond.filter(|_| !found.best.as_ref().is_some_and(noise_holds)) {
-            return beyond;
+        if let Some(begun) = begun.filter(|_| !found.best.as_ref().is_some_and(noise_holds)) {
+            return Found { set, is_noise: false, ..begun };
         }
-        if is_anything_found {
+        if !set.is_empty() {
             let reached = found.best.as_ref().unwrap_or(likeliest);
             let friction = BesideFriction::searched(self, &first, &found, reached);
             let instead = friction.and_then(|friction| friction.instead_of(reached, self.options.margin));

@@ -11,15 +11,13 @@ use crate::plant::Role;
 use super::decide::{cost_of_numbers, independent_share};
 use super::found::Choice;
 use super::interval;
-use super::one_way;
+use super::one_way::{self, FRICTION};
 use super::prove::gained;
 
 /// The kind that it is named as.
 pub const KIND: &str = "load_step";
 /// What does the same to y where the plant keeps its level.
 const ALIKE: &str = "sensor_bias";
-/// What takes as much from the drive on a way that leads only forth.
-const FRICTION: &str = "coulomb_friction";
 /// Steps of the fit without it.
 const REFIT_STEPS: usize = 10;
 

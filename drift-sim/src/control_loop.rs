@@ -96,6 +96,11 @@ impl Loop {
         columns
     }
 
+    /// Whether a law is stated; else u is taken as recorded, and only the plant can be simulated.
+    pub fn has_law(&self) -> bool {
+        self.controller != Controller::Recorded
+    }
+
     /// The same loop with one more term.
     #[must_use]
     pub fn with(mut self, term: Term) -> Self {

@@ -2,7 +2,6 @@
 //! what changed and from when on; what did not, and how much of it would have shown.
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::physics::UnitNames;
 use crate::plot::{Colour, Figure, Layer, Panel};
 use crate::report::{Block, Chart, Section};
@@ -40,7 +39,7 @@ fn side_by_side(found: &Diagnosis, then: &Shown, case: &Case<'_>) -> Block {
         simulated: prove::quiet_run(&healthy, &shown.signals),
     };
     let sides = [side("before", then), side("after", case.first)];
-    let is_open = healthy.controller == Controller::Recorded;
+    let is_open = !healthy.has_law();
     let rows = rows(&found.nominal.unit_names(), is_open);
     let last = rows.len() - 1;
     let panels = rows.iter().enumerate().flat_map(|(i, (y_label, layers))| {

@@ -4,7 +4,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::estimate::signals::{Signals, deviation};
 use crate::simulate::{SUBSTEPS, Simulation, Start};
 
@@ -95,7 +94,7 @@ impl Run<'_> {
             let state = start.state.iter().flatten().enumerate();
             free.extend(state.map(|(i, value)| (Free::State(i), of(*value))));
         }
-        let is_open = self.model.controller == Controller::Recorded;
+        let is_open = !self.model.has_law();
         if is_open && self.model.plant.delay_s() >= self.model.sample_time_s {
             free.push((Free::Before, deviation(&self.signals.u).max(1e-12)));
         }

@@ -137,7 +137,7 @@ impl Writing<'_> {
     fn proof(&self) -> Option<Proof> {
         let shown = self.case.drawn();
         let (signals, clock) = (&shown.signals, &shown.clock);
-        let known_law = self.found.improved.controller != crate::controller::Controller::Recorded;
+        let known_law = self.found.improved.has_law();
         let (letter, unit, measured) =
             if known_law { ("u", &self.units.u, &signals.u) } else { ("y", &self.units.y, &signals.y) };
         let of = |trace: &Trace| if known_law { trace.u.clone() } else { trace.y.clone() };

@@ -1,7 +1,6 @@
 //! The proof: closed-loop simulations from r alone, against measured y and u.
 
 use crate::control_loop::{Loop, Sensor};
-use crate::controller::Controller;
 use crate::simulate::{Simulation, Start, Trace, simulate};
 
 use super::part_time;
@@ -36,7 +35,7 @@ const BLOCKS: usize = 16;
 /// drives the plant instead, from the start that fits best and without noise. A loop that cycles by itself is run anew every period.
 /// `None` where it diverges.
 pub fn run(model: &Loop, signals: &Signals, seed: u64) -> Option<Trace> {
-    if model.controller == Controller::Recorded {
+    if !model.has_law() {
         let y = free_run::free_run(model, signals)?;
         return Some(Trace { true_y: y.clone(), y, u: signals.u.clone() });
     }
@@ -96,7 +95,7 @@ fn period_by_period(
 
 /// Fit of a run.
 pub fn fit_of(model: &Loop, trace: &Trace, signals: &Signals) -> FitPct {
-    let known = model.controller != Controller::Recorded;
+    let known = model.has_law();
     FitPct { y_pct: percent(&signals.y, &trace.y), u_pct: known.then(|| percent(&signals.u, &trace.u)) }
 }
 
@@ -110,7 +109,7 @@ pub fn percent(measured: &[f64], simulated: &[f64]) -> f64 {
 
 /// 95 % interval of the gain in u's fit (y's where the law is unknown), from its scatter over contiguous blocks.
 pub fn improvement(before: &Trace, after: &Trace, model: &Loop, signals: &Signals) -> Option<[f64; 2]> {
-    let known = model.controller != Controller::Recorded;
+    let known = model.has_law();
     let (measured, old, new) =
         if known { (&signals.u, &before.u, &after.u) } else { (&signals.y, &before.y, &after.y) };
     let length = (measured.len() / BLOCKS).max(1);
@@ -145,8 +144,7 @@ pub fn improvement(before: &Trace, after: &Trace, model: &Loop, signals: &Signal
 
 /// How much of u (of y, where the law is unknown) one simulation differs from another, of its own variation.
 pub fn difference(one: &Trace, other: &Trace, model: &Loop) -> f64 {
-    let (a, b) =
-        if model.controller == Controller::Recorded { (&one.y, &other.y) } else { (&one.u, &other.u) };
+    let (a, b) = if !model.has_law() { (&one.y, &other.y) } else { (&one.u, &other.u) };
     let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
     libm::sqrt(squared / a.len().max(1) as f64) / deviation(a).max(1e-300)
 }

@@ -2,7 +2,6 @@
 //! model, both sides are measured, and feedback can't bias it.
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::simulate::{Start, median, replay_law};
 
 use super::signals::{Signals, deviation, held, rms};
@@ -34,7 +33,7 @@ fn from_start(model: &Loop, signals: &Signals, start: &Start) -> (Vec<f64>, Vec<
 
 /// Replays the law; `None` where it is unknown.
 pub fn replay(model: &Loop, signals: &Signals) -> Option<ControllerReplay> {
-    if model.controller == Controller::Recorded {
+    if !model.has_law() {
         return None;
     }
     let start = Start::from_recording(model, &signals.r, &signals.y, &signals.u);

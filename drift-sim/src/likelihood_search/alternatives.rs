@@ -1,6 +1,5 @@
 //! What may stand where the end of a search does not.
 
-use crate::controller::Controller;
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Target, is_noise};
 use crate::estimate::likelihood::Data;
@@ -48,7 +47,7 @@ impl Found {
             ..self.clone()
         });
         let last = self.best.as_ref().and_then(rivals::last_kind);
-        let is_open = self.base.hypothesis.model.controller == Controller::Recorded;
+        let is_open = !self.base.hypothesis.model.has_law();
         // As it is, this one does not stand.
         let with_quiet = move |found: Self| {
             let quiet = if is_open { None } else { found.under_next_to_no_load(data) };

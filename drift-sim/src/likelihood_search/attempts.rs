@@ -2,7 +2,6 @@
 //! seen. What is fast in a machine and in none of the hypotheses is in the mean of several samples no more; what comes and goes is no term that begins once; and a motor
 //! that sticks and plays looks like neither to a search that takes one after the other. Of what stands then, that is kept which simulates best.
 
-use crate::controller::Controller;
 use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Named, Verdict};
 use crate::estimate::first_look::coarseness;
@@ -119,7 +118,7 @@ fn is_far_off(found: &Diagnosis) -> bool {
 }
 
 fn is_closed(found: &Diagnosis) -> bool {
-    found.nominal.controller != Controller::Recorded
+    found.nominal.has_law()
 }
 
 /// What a closed loop leaves of u, in per cent, below which no further search is made: a real drive (EMPS) with its friction leaves 3.1; with a wave in place of pulses that were missed, 53.
@@ -189,7 +188,7 @@ impl Tried {
     /// nothing at all, may be friction with play beside it.
     fn replaced(self, case: &Case<'_>) -> Diagnosis {
         let found = self.found;
-        let is_open = case.nominal.controller == Controller::Recorded;
+        let is_open = !case.nominal.has_law();
         let is_motor =
             may_be_a_motor(case, &found) && (found.verdict != Verdict::MissingPhysics || found.is_worse());
         let others: Vec<Tried> = match (is_open, found.jumps_again(), is_motor) {
@@ -235,9 +234,8 @@ fn factors(case: &Case<'_>) -> impl DoubleEndedIterator<Item = usize> + use<> {
 
 /// The search for friction and play in an unknown motor, which only a known law's loop can prove.
 fn sticking_motor<'a>(case: &'a Case<'_>, than: f64) -> impl Iterator<Item = Tried> + 'a {
-    let is_unknown = case.nominal.plant == Plant::Identify
-        && case.nominal.controller != Controller::Recorded
-        && case.healthy.is_empty();
+    let is_unknown =
+        case.nominal.plant == Plant::Identify && case.nominal.has_law() && case.healthy.is_empty();
     let attempt = Attempt { beside: Beside::StickingMotor { than }, ..Attempt::FIRST };
     is_unknown.then_some(attempt).into_iter().filter_map(|attempt| case.tried(&attempt))
 }

@@ -1,7 +1,6 @@
 //! The end of a search, judged: the diagnosis that it leads to, whether a simulation of what nothing has seen shows it, and whether it stands.
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Named};
 use crate::estimate::fit::Fit;
@@ -185,9 +184,7 @@ impl<'a> Judge<'a> {
     /// The improved loop, and what its simulations are held against.
     fn shown(&self, found: &Diagnosis, unseen: Option<&Unseen>) -> (Loop, Signals) {
         match unseen {
-            Some(unseen) if found.improved.controller == Controller::Recorded => {
-                unseen.first_behind_play(&found.improved)
-            }
+            Some(unseen) if !found.improved.has_law() => unseen.first_behind_play(&found.improved),
             unseen => {
                 let shown = unseen.map_or(&self.train, Unseen::first);
                 (found.improved.clone(), shown.clone())
@@ -224,6 +221,7 @@ fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::controller::Controller;
     use crate::estimate::first_look::coarser;
     use crate::likelihood_search::hypothesis;
     use crate::physics::Term;

@@ -61,7 +61,7 @@ struct Mend {
 
 /// Judges the stated law on all recordings.
 pub fn examine(stated: &Loop, recordings: &[Signals]) -> Law {
-    let unknown = stated.controller == Controller::Recorded;
+    let unknown = !stated.has_law();
     let replayed = recordings.first().and_then(|signals| replay(stated, signals));
     let fine = Law {
         model: stated.clone(),

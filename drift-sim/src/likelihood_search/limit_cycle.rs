@@ -2,7 +2,6 @@
 //! everything may miss every sample; its period and its size stay.
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::diagnose::cycle::{self, AT_REST, LEAST_PERIODS};
 use crate::diagnose::prove::quiet_run;
 use crate::estimate::signals::{Signals, deviation, held};
@@ -20,7 +19,7 @@ const BAND: f64 = 0.5;
 /// cycles. Judged by u, which a law makes smoother than y.
 pub fn is_made(improved: &Loop, without: &Loop, signals: &Signals) -> bool {
     let is_at_rest = deviation(&signals.r) < AT_REST * deviation(&held(&signals.y));
-    if improved.controller == Controller::Recorded || !is_at_rest {
+    if !improved.has_law() || !is_at_rest {
         return false;
     }
     let settled = |u: &[f64]| Cycle::of(u.get((SETTLING * u.len() as f64) as usize..)?);

@@ -37,6 +37,7 @@ mod load_noise;
 mod locate;
 pub mod loop_likelihood;
 mod missing_drive;
+mod moved_by_disturbances;
 mod needle;
 pub(crate) mod nominal;
 mod offset;
@@ -63,7 +64,6 @@ mod wave_in_u;
 mod without;
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::diagnose::Diagnosis;
 use crate::estimate::first_look::coarser;
 use crate::estimate::fit::Fit;
@@ -141,7 +141,7 @@ impl Searched {
 impl Case<'_> {
     /// Whether neither a law that closes the loop is known nor a plant.
     fn is_guess(&self) -> bool {
-        self.nominal.controller == Controller::Recorded && self.nominal.plant == Plant::Identify
+        !self.nominal.has_law() && self.nominal.plant == Plant::Identify
     }
 
     /// Whether nothing is known but one loop's recordings, not even how it was when it was healthy.

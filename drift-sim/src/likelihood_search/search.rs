@@ -14,6 +14,7 @@ use super::glance::Round;
 use super::guarantee::decide_surely;
 use super::jumping_load::is_jump;
 use super::less_seen::gained_again;
+use super::moved_by_disturbances::may_be_the_law;
 use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
@@ -197,6 +198,11 @@ impl Search<'_> {
         (further_gain * part.min(1.0)).max(least_gain)
     }
 
+    /// Whether a rival may be what the law turned round lacks, and no physics.
+    fn may_be_the_law(&self, rival: &Rival) -> bool {
+        may_be_the_law(rival.kind, &rival.fit, self.data)
+    }
+
     /// Whether a decision names play beside play on a guessed plant: slips that scatter look like a sensor's play.
     fn plays_again(&self, best: &Fit, decision: &Decision, field: &Field) -> bool {
         let plays = |kind: &Kind| kind.family == Some(Family::Play);
@@ -252,7 +258,7 @@ impl Search<'_> {
             return;
         }
         let named = decision.named.as_ref().and_then(|(place, tied)| Some((field.rivals.get(*place)?, tied)));
-        match named.filter(|(rival, _)| !rival.fit.is_at_an_end()) {
+        match named.filter(|(rival, _)| !rival.fit.is_at_an_end() && !self.may_be_the_law(rival)) {
             Some((rival, tied)) => {
                 let (gain, among) = (decision.score(rival.kind), decision.chosen_among);
                 found.named.push(Choice { tied: tied.clone(), gain, unseen: None, among });
@@ -260,7 +266,8 @@ impl Search<'_> {
             }
             None => {
                 found.set = decision.left();
-                found.is_proven = gained(&best.fit, &field.base, self.data).is_some_and(Gained::is_sure);
+                found.is_proven = !self.may_be_the_law(best)
+                    && gained(&best.fit, &field.base, self.data).is_some_and(Gained::is_sure);
             }
         }
     }

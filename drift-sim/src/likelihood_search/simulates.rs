@@ -220,7 +220,7 @@ impl Trial<'_> {
 
     fn follows(&self, before: FitPct, after: FitPct, as_noise_has_it: impl Fn() -> bool) -> bool {
         let named = &self.found.physics;
-        let is_open = self.found.nominal.controller == Controller::Recorded;
+        let is_open = !self.found.nominal.has_law();
         let is_strong = |named: &Named| named.train_gain > STRONG;
         let is_louder = !named.is_empty() && named.iter().all(|named| is_noise(named) && is_strong(named));
         if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || (is_louder && self.has_healthy) {
@@ -273,7 +273,7 @@ impl Trial<'_> {
 
     /// Whether a law that is known closes the loop.
     fn is_closed(&self) -> bool {
-        self.found.improved.controller != Controller::Recorded
+        self.found.improved.has_law()
     }
 
     /// How many times by as much what is named misses a recording as the loop without it.
@@ -374,7 +374,7 @@ impl Trial<'_> {
             _ => simulate::simulate(&noisy, &signals.r, &inputs, seed, Some(&start)),
         };
         let Trace { y, u, .. } = trace.ok()?;
-        let u = if noisy.controller == Controller::Recorded { signals.u.clone() } else { u };
+        let u = if !noisy.has_law() { signals.u.clone() } else { u };
         Some(Signals { y, u, ..signals.clone() })
     }
 
@@ -455,7 +455,7 @@ fn differences(model: &Loop, signals: &Signals, load: f64) -> Option<Vec<f64>> {
     let mut inputs = signals.inputs.clone();
     inputs.push(vec![load; signals.len()]);
     let trace = quiet_run(&model, &Signals { inputs, ..signals.clone() })?;
-    let is_open = model.controller == Controller::Recorded;
+    let is_open = !model.has_law();
     let (measured, simulated) = if is_open { (&signals.y, &trace.y) } else { (&signals.u, &trace.u) };
     let each = measured.iter().zip(simulated);
     Some(each.map(|(a, b)| if a.is_finite() { a - b } else { 0.0 }).collect())

@@ -3,7 +3,6 @@
 //! would gather on the way is not what is asked.
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::diagnose::prove::{FitPct, fit_of, improvement, quiet_run, run, without_noise};
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Begun;
@@ -125,7 +124,7 @@ impl End {
 
     /// A run over it, of the loop as it is.
     fn run(&self, model: &Loop, seed: u64) -> Option<Trace> {
-        if model.controller == Controller::Recorded {
+        if !model.has_law() {
             let (model, signals) = self.behind_play(model);
             return run(&model, &signals, seed);
         }

@@ -21,7 +21,6 @@ pub use separation::{Pair, Separation, passes};
 pub use shapes::{Room, SHAPES, Shape};
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::diagnose::cause::Cause;
 use crate::estimate::signals::{LEAST_SAMPLES, Signals, range};
 use crate::likelihood_search::options::Options;
@@ -204,7 +203,7 @@ impl Request {
     }
 
     fn check(&self) -> Result<()> {
-        if self.stated.controller == Controller::Recorded {
+        if !self.stated.has_law() {
             return Err(Error::new("controller kind 'recorded' has no law to close the loop with")
                 .allowed("pi, pid, p-velocity: the experiment is rehearsed in closed loop"));
         }

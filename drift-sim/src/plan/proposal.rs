@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::{Limits, OpenDiagnosis, Recorded, Request};
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::sentences::{chance, planning};
 
@@ -23,7 +22,7 @@ pub fn proposal(
 ) -> Option<String> {
     let is_open = matches!(found.verdict, Verdict::Located | Verdict::Undecided);
     let left = found.causes.iter().filter(|cause| cause.is_left).count();
-    if !is_open || left < 2 || stated.controller == Controller::Recorded || !stated.inputs.is_empty() {
+    if !is_open || left < 2 || !stated.has_law() || !stated.inputs.is_empty() {
         return None;
     }
     let file = loop_file.map_or_else(|| "LOOP.toml".to_owned(), |file| file.display().to_string());

@@ -1,7 +1,6 @@
 //! What drives a run from outside: how long it is, and what a recording gives to it.
 
 use crate::control_loop::Loop;
-use crate::controller::Controller;
 use crate::recording::{MEMORY_LIMIT_BYTES, Recording, SAMPLE_BYTES};
 use crate::sentences::typed;
 use crate::{Error, Result};
@@ -106,7 +105,7 @@ impl Driving {
             let driving = Self {
                 inputs: inputs.collect::<Result<_>>()?,
                 columns: model.input_columns().iter().map(column).collect::<Result<_>>()?,
-                recorded_controller: model.controller == Controller::Recorded,
+                recorded_controller: !model.has_law(),
                 r: recording.r,
                 y: recording.y,
                 u: recording.u,

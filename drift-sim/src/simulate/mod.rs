@@ -38,7 +38,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::control_loop::Loop;
-use crate::controller::{Controller, Law};
+use crate::controller::Law;
 use crate::measured_input::{Enters, Input};
 use crate::physics::Numbers;
 use crate::plant::Plant;
@@ -377,7 +377,7 @@ pub fn simulate(
     seed: u64,
     start: Option<&Start>,
 ) -> Result<Trace> {
-    if model.controller == Controller::Recorded {
+    if !model.has_law() {
         return Err(Error::new("controller kind 'recorded' has no law to close the loop with")
             .allowed("pi, pid, p-velocity; or give a recording with its u"));
     }

@@ -4,7 +4,7 @@ mod paths;
 mod starts;
 
 use super::*;
-use crate::controller::{Limits, PVelocity, Pi, VelocityRule};
+use crate::controller::{Controller, Limits, PVelocity, Pi, VelocityRule};
 use crate::measured_input::Gain;
 use crate::physics::{Term, Units};
 use crate::plant::{FirstOrder, Output, Servo, StateSpace, Tank, TransferFunction};

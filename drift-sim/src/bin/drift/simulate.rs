@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use clap::Args;
 use drift_sim::control_loop::Loop;
-use drift_sim::controller::Controller;
 use drift_sim::output::Outputs;
 use drift_sim::reference::Reference;
 use drift_sim::shortest::{self, FewDecimals};
@@ -73,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let row = |n: usize| recorded.row(n);
         return write(arguments, outputs, &model, simulation, length, row);
     }
-    if model.controller == Controller::Recorded {
+    if !model.has_law() {
         let error = Error::new("controller kind 'recorded' has no law to close the loop with");
         return Err(in_loop_file(error.allowed("pi, pid, p-velocity; or --reference REC.csv with its u")));
     }

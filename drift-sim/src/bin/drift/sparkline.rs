@@ -1,6 +1,5 @@
 //! A diagnosis as rows on a terminal: u as measured, and how far off the simulated loop is, without what was found and with it.
 
-use drift_sim::controller::Controller;
 use drift_sim::diagnose::signals::Signals;
 use drift_sim::diagnose::{Diagnosis, prove};
 use drift_sim::plot::terminal::{mean, range, rms, row, stretches};
@@ -12,7 +11,7 @@ use drift_sim::terminal::Terminal;
 /// takes the place of u.
 pub fn rows(found: &Diagnosis, signals: &Signals, terminal: &Terminal) -> String {
     let columns = terminal.chart_columns();
-    let known_law = found.improved.controller != Controller::Recorded;
+    let known_law = found.improved.has_law();
     let units = found.improved.unit_names();
     let (name, unit, measured) =
         if known_law { ("u", units.u, &signals.u) } else { ("y", units.y, &signals.y) };

@@ -4,7 +4,7 @@
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
-use crate::physics::{Family, Kind, Starts, Term};
+use crate::physics::{Family, Kind, Place, Starts, Term};
 
 use super::all_samples;
 use super::beside_friction::{BesideFriction, is_friction_first};
@@ -43,6 +43,27 @@ pub struct Search<'a> {
     pub options: &'a Options,
     /// Whether a late response is the plant's own: nothing tells how late it was.
     pub is_plant_open: bool,
+}
+
+/// What speaks for one of several named terms.
+struct Judged {
+    /// Its place among them.
+    index: usize,
+    /// The loop without it.
+    without: Fit,
+    /// What it gains on what nothing has seen.
+    unseen: Option<Gained>,
+    /// Whether it pays for its numbers.
+    pays: bool,
+    /// How many kinds the unseen samples have chosen it from.
+    among: usize,
+}
+
+impl Judged {
+    /// The unseen gain in standard errors. Where the rest can't be simulated, nothing is proven.
+    fn errors(&self) -> f64 {
+        self.unseen.map_or(f64::NEG_INFINITY, Gained::errors)
+    }
 }
 
 /// Contenders that are kept beside those that a decision left, and all that are kept.
@@ -163,7 +184,8 @@ impl Search<'_> {
     fn standing_load(&self, found: &Found) -> Option<Choice> {
         let best = found.best.as_ref().filter(|_| !self.is_plant_open && !self.data.has_healthy())?;
         let least = (self.options.least_share * strongest(found)).max(self.options.least_gain);
-        standing_load::judged(best, self.data, least)
+        let strongest = strongest_unseen(best, found.named.iter().map(|choice| choice.unseen));
+        standing_load::judged(best, self.data, least, strongest)
     }
 
     /// Names kind after kind beside what is named already; the first of a field, if that is known.
@@ -276,38 +298,16 @@ impl Search<'_> {
     /// numbers beside the other terms any more, is not named, the weakest first.
     fn prove(&self, found: &mut Found) {
         while let Some(best) = found.best.clone() {
-            let mut weakest: Option<(usize, f64, Fit)> = None;
-            for index in 0..found.named.len() {
-                let without = if found.named.len() == 1 {
-                    Some(found.base.clone())
-                } else {
-                    without(&best, index, self.data)
-                };
-                let Some(without) = without else { continue };
-                let mut unseen = gained(&best, &without, self.data);
-                let (mut pays, mut among) = (true, 0);
-                if let Some(choice) = found.named.get_mut(index) {
-                    among = choice.among;
-                    if !unseen.is_some_and(|unseen| unseen.is_sure_among(among)) {
-                        let onset_s = best.point.onsets.get(index).copied().unwrap_or(0.0);
-                        unseen = gained_again(&best, &without, onset_s, self.data).or(unseen);
-                    }
-                    choice.unseen = unseen;
-                    if best.hypothesis.candidates().len() > 1 {
-                        choice.gain = gain_after_cost(&best, &without, index);
-                        pays = choice.gain > 0.0;
-                    }
-                    pays = pays && self.pays_under_own_noise(&best, index, &without);
-                }
-                // Where the rest can't be simulated, nothing is proven.
-                let errors = unseen.map_or(f64::NEG_INFINITY, Gained::errors);
-                if !(pays && unseen.is_some_and(|unseen| unseen.is_sure_among(among)))
-                    && weakest.as_ref().is_none_or(|(_, least, _)| errors < *least)
-                {
-                    weakest = Some((index, errors, without));
-                }
-            }
-            let Some((index, _, without)) = weakest else { return };
+            let judged: Vec<Judged> =
+                (0..found.named.len()).filter_map(|index| self.judged(found, &best, index)).collect();
+            let strongest = strongest_unseen(&best, found.named.iter().map(|choice| choice.unseen));
+            let weakest = judged
+                .into_iter()
+                .filter(|of| {
+                    !(of.pays && of.unseen.is_some_and(|unseen| unseen.is_proof(of.among, strongest)))
+                })
+                .min_by(|a, b| a.errors().total_cmp(&b.errors()));
+            let Some(Judged { index, without, .. }) = weakest else { return };
             let dropped = found.named.remove(index);
             if found.named.is_empty() {
                 let kind = best.hypothesis.candidates().get(index).map_or("", |term| term.kind.name);
@@ -319,6 +319,29 @@ impl Search<'_> {
                 found.best = Some(without);
             }
         }
+    }
+
+    /// What speaks for one of the named terms, which its choice keeps; `None` where the loop can't be simulated without it.
+    fn judged(&self, found: &mut Found, best: &Fit, index: usize) -> Option<Judged> {
+        let without = match found.named.len() {
+            1 => found.base.clone(),
+            _ => without(best, index, self.data)?,
+        };
+        let choice = found.named.get_mut(index)?;
+        let among = choice.among;
+        let mut unseen = gained(best, &without, self.data);
+        if !unseen.is_some_and(|unseen| unseen.is_sure_among(among)) {
+            let onset_s = best.point.onsets.get(index).copied().unwrap_or(0.0);
+            unseen = gained_again(best, &without, onset_s, self.data).or(unseen);
+        }
+        choice.unseen = unseen;
+        let mut pays = true;
+        if best.hypothesis.candidates().len() > 1 {
+            choice.gain = gain_after_cost(best, &without, index);
+            pays = choice.gain > 0.0;
+        }
+        pays = pays && self.pays_under_own_noise(best, index, &without);
+        Some(Judged { index, without, unseen, pays, among })
     }
 
     /// Whether a term pays for its numbers where the noise may be another than it was in healthy recordings. Noise of a term's own is none of that.
@@ -397,6 +420,17 @@ fn strongest(found: &Found) -> f64 {
     let named = best.hypothesis.candidates().iter().zip(&found.named);
     let foretells = named.filter(|(term, _)| !matches!(term.kind.search, Starts::NoiseChange));
     foretells.map(|(_, choice)| choice.gain).fold(0.0, f64::max)
+}
+
+/// The most that one of several terms gains on what nothing has seen, of those that change what is foretold; more than any where the law is at fault as well, for then all are beside that.
+fn strongest_unseen(best: &Fit, unseen: impl Iterator<Item = Option<Gained>>) -> f64 {
+    if best.hypothesis.model.physics.iter().any(|term| term.kind.place == Place::Controller) {
+        return f64::INFINITY;
+    }
+    let named = best.hypothesis.candidates().iter().zip(unseen);
+    let foretells = named.filter(|(term, _)| !matches!(term.kind.search, Starts::NoiseChange));
+    let gains = foretells.filter_map(|(_, unseen)| Some(unseen?.independent));
+    gains.fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// All kinds with what they gain, the best first. Those that are as far as a thousandth of a nat go by their names: what is less is rounding, and another on another

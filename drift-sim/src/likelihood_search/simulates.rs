@@ -223,7 +223,10 @@ impl Trial<'_> {
         let is_open = !self.found.nominal.has_law();
         let is_strong = |named: &Named| named.train_gain > STRONG;
         let is_louder = !named.is_empty() && named.iter().all(|named| is_noise(named) && is_strong(named));
-        if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || (is_louder && self.has_healthy) {
+        let is_certain = self.names_what_gains(CERTAIN);
+        // A louder sensor foretells nothing of y: no simulation follows the better for it, nor speaks against what is beyond doubt.
+        let is_loud = is_louder && (self.has_healthy || is_certain);
+        if !(self.is_guessed && is_open) || named.iter().any(is_rounding) || is_loud {
             return true;
         }
         let is_any_strong = self.names_what_gains(STRONG);
@@ -231,9 +234,7 @@ impl Trial<'_> {
         let excused = |least: f64| self.predicted > least && as_noise_has_it();
         // Noise leads what integrates anywhere, and something strong is named on it; what keeps its level follows u, or only what is beyond doubt is.
         let is_led = named.is_empty() || (is_any_strong && !self.found.improved.plant.keeps_its_level());
-        let is_certain = self.names_what_gains(CERTAIN);
-        // What healthy recordings tell of a plant is not judged by how noise leads it; and a louder sensor foretells nothing of y: no simulation follows
-        // the better for it.
+        // What healthy recordings tell of a plant is not judged by how noise leads it.
         let is_known = is_louder || (self.has_healthy && is_any_strong);
         // What sticks shows in how y jumps; the slow load that leads the simulation astray hides none of that.
         let is_stuck = named.iter().any(|named| is_play(named) && is_strong(named));

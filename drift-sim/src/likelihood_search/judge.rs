@@ -130,6 +130,7 @@ impl<'a> Judge<'a> {
         };
         // Of a loop that holds, and of which nothing is known, a load that jumps moves all there is: no plant is told by that.
         let is_told = trial.plays_strongly()
+            || trial.begins_beyond_doubt()
             || !(is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings));
         let Options { guessed_gain, unknown_gain, .. } = *self.case.options;
         let is_plant_open = beside.is_guessed && self.case.healthy.is_empty();

@@ -22,6 +22,7 @@ use crate::measured_input::{Enters, Input};
 use crate::physics::{Place, Starts};
 use crate::simulate::{self, Start, Trace};
 
+use super::decide::has_onset;
 use super::limit_cycle;
 
 /// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; or the part of the error without
@@ -53,6 +54,8 @@ const NEARLY_ALL: f64 = 0.9;
 const MOSTLY: f64 = 0.75;
 /// Log-likelihood that such a term gains.
 const CERTAIN: f64 = 250.0;
+/// What begins on a guessed plant gains where no simulation is asked for.
+const BEYOND_DOUBT: f64 = 1000.0;
 /// Recordings that are drawn to see how far noise leads a simulation astray: one in twenty that are as the fit has it is led farther than all of them.
 const DRAWN: u64 = 19;
 
@@ -87,7 +90,7 @@ pub struct Trial<'a> {
 impl Trial<'_> {
     /// Whether the named terms don't make the simulation worse, and whether a guessed plant simulates at all.
     pub fn passes(&self) -> bool {
-        if self.cycles_as_measured() || self.plays_strongly() {
+        if self.cycles_as_measured() || self.plays_strongly() || self.begins_beyond_doubt() {
             return true;
         }
         if !self.is_driven() {
@@ -141,6 +144,16 @@ impl Trial<'_> {
     /// comes late, or a load that goes elsewhere, leads a simulation from u anywhere.
     pub fn plays_strongly(&self) -> bool {
         self.is_guessed && self.names_what_gains(self.play_gain) && self.found.physics.iter().all(is_play)
+    }
+
+    /// Whether all that is named on a guessed plant begins at some time, and one gains so much there that no simulation is asked for: nothing that a guess lacks, and no law turned round, begins,
+    /// and where a loop rests what disturbs it leads a simulation from u anywhere.
+    pub fn begins_beyond_doubt(&self) -> bool {
+        let named = &self.found.physics;
+        self.is_guessed
+            && !self.is_closed()
+            && self.names_what_gains(BEYOND_DOUBT)
+            && named.iter().all(|named| has_onset(named.term.kind))
     }
 
     /// Whether what plays or sticks is named.

@@ -40,6 +40,12 @@ impl Named {
             && known.all(|((parameter, number), width)| parameter.may_be_neutral(*number, *width))
     }
 
+    /// Whether its size, the first of its numbers, is told: what may as well be half of it, or half more, may be nothing beside a plant whose own numbers may be anything.
+    pub(crate) fn is_of_told_size(&self) -> bool {
+        let size = self.term.parameters.first().zip(self.half_widths.first());
+        size.is_some_and(|(size, width)| *width < 0.5 * size.abs())
+    }
+
     /// Whether it is in the noise, and in no simulation.
     pub(crate) fn is_noise_change(&self) -> bool {
         matches!(self.term.kind.search, Starts::NoiseChange)

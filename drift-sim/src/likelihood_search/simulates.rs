@@ -143,7 +143,8 @@ impl Trial<'_> {
     /// Whether nothing but what sticks or plays is named on a guessed plant, and gains so much that no simulation is asked for: what it foretells of unseen samples proves it, and a slip that
     /// comes late, or a load that goes elsewhere, leads a simulation from u anywhere.
     pub fn plays_strongly(&self) -> bool {
-        self.is_guessed && self.names_what_gains(self.play_gain) && self.found.physics.iter().all(is_play)
+        let plays = |named: &Named| is_play(named) && named.is_of_told_size();
+        self.is_guessed && self.names_what_gains(self.play_gain) && self.found.physics.iter().all(plays)
     }
 
     /// Whether all that is named on a guessed plant begins at some time, and one gains so much there that no simulation is asked for: nothing that a guess lacks, and no law turned round, begins,

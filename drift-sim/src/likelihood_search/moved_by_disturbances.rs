@@ -19,11 +19,12 @@ const ANSWERS: f64 = 0.5;
 pub fn may_be_the_law(kind: &Kind, fit: &Fit, data: &Data) -> bool {
     let is_open = fit.hypothesis.is_guessed && !data.has_healthy();
     let is_of_plant = kind.place == Place::Plant && !has_onset(kind);
-    is_of_plant
-        && is_open
-        && !fit.hypothesis.model.has_law()
-        && holds(&data.recordings)
-        && data.recordings.iter().all(u_answers)
+    is_of_plant && is_open && !fit.hypothesis.model.has_law() && are_alone(&data.recordings)
+}
+
+/// Whether disturbances alone move these recordings: the reference rests, and u answers y.
+pub fn are_alone(recordings: &[Signals]) -> bool {
+    holds(recordings) && recordings.iter().all(u_answers)
 }
 
 /// Whether u's changes answer those of y in the same sample or the one before.

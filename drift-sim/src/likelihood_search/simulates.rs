@@ -24,6 +24,7 @@ use crate::simulate::{self, Start, Trace};
 
 use super::decide::has_onset;
 use super::limit_cycle;
+use super::moved_by_disturbances;
 
 /// Part of y that a guessed plant must simulate of what it has not seen, from u alone, for anything to be said on it; or the part of the error without
 /// them that the named terms may leave there, where one of them gains this much in log-likelihood and y is simulated at all.
@@ -155,6 +156,21 @@ impl Trial<'_> {
             && !self.is_closed()
             && self.names_what_gains(BEYOND_DOUBT)
             && named.iter().all(|named| has_onset(named.term.kind))
+    }
+
+    /// Whether the plant that was guessed from a loop at rest is its law turned round: no plant follows most of y from u alone where disturbances move both, and nothing that is named beside it
+    /// brings it closer.
+    pub fn follows_by_the_law(&self) -> bool {
+        let fits = self.without.zip(self.found.unseen_fits().after);
+        let is_no_closer = |(before, after): (FitPct, FitPct)| {
+            before.y_pct > LEAST_SIMULATED_PCT && after.error() >= before.error()
+        };
+        self.is_guessed
+            && !self.has_healthy
+            && !self.is_closed()
+            && !self.names_noise_alone()
+            && fits.is_some_and(is_no_closer)
+            && moved_by_disturbances::are_alone(std::slice::from_ref(self.shown))
     }
 
     /// Whether what plays or sticks is named.

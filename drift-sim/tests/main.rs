@@ -58,6 +58,7 @@ mod shell_support;
 mod side_by_side;
 mod simulate_command;
 mod swinging_load;
+mod unknown_at_rest;
 
 /// A file that is not named above would not run.
 #[test]

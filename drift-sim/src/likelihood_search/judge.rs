@@ -131,7 +131,8 @@ impl<'a> Judge<'a> {
         // Of a loop that holds, and of which nothing is known, a load that jumps moves all there is: no plant is told by that.
         let jumps_alone = || is_own_guess && beside.data.jumps().count() > 0 && holds(&self.parts.recordings);
         let is_told = (trial.plays_strongly() || trial.begins_beyond_doubt() || !jumps_alone())
-            && !(is_any_named && trial.follows_by_the_law());
+            && !(is_any_named && trial.follows_by_the_law())
+            && !trial.jumps_to_and_fro();
         let Options { guessed_gain, unknown_gain, .. } = *self.case.options;
         let is_plant_open = beside.is_guessed && self.case.healthy.is_empty();
         let least_gain = if is_own_guess && !is_proven && !trial.names_play() {

@@ -156,3 +156,23 @@ fn beyond(better: &[f64], worse: &[f64], share: f64) -> Option<Gained> {
     let square: f64 = differences.iter().map(|d| (d - mean) * (d - mean)).sum();
     Some(Gained { sum, error: libm::sqrt(square), independent: share * sum })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What gains 20 nats in so many standard errors, beside a strongest term that gains 30 or 3 000: a further one needs three of them, one of about the same size only what any does.
+    #[test]
+    fn a_further_term_needs_three_standard_errors() {
+        let gained = |errors: f64| Gained { sum: 20.0, error: 20.0 / errors, independent: 20.0 };
+        for (errors, beside_equal, beside_stronger) in
+            [(1.0, true, false), (2.9, true, false), (3.1, true, true)]
+        {
+            let is_proof = |strongest| gained(errors).is_proof(1, strongest);
+            assert_eq!((is_proof(30.0), is_proof(3_000.0)), (beside_equal, beside_stronger), "{errors}");
+        }
+        // Chance is not ruled out.
+        let little = Gained { sum: 2.0, error: 1.5, independent: 2.0 };
+        assert!(!little.is_proof(1, 2.0));
+    }
+}

@@ -19,7 +19,7 @@ use crate::estimate::noise::Noise;
 use crate::estimate::signals::Signals;
 use crate::estimate::waves::Swings;
 use crate::measured_input::{Enters, Input};
-use crate::physics::{Place, Starts};
+use crate::physics::{Family, Place, Starts};
 use crate::simulate::{self, Start, Trace};
 
 use super::decide::has_onset;
@@ -57,6 +57,8 @@ const MOSTLY: f64 = 0.75;
 const CERTAIN: f64 = 250.0;
 /// What begins on a guessed plant gains where no simulation is asked for.
 const BEYOND_DOUBT: f64 = 1000.0;
+/// Jumps that are more than one fault: a pulse has two, and the second pulse begins with the third.
+const EDGES: usize = 3;
 /// Recordings that are drawn to see how far noise leads a simulation astray: one in twenty that are as the fit has it is led farther than all of them.
 const DRAWN: u64 = 19;
 
@@ -158,12 +160,19 @@ impl Trial<'_> {
             && named.iter().all(|named| has_onset(named.term.kind))
     }
 
-    /// Whether the plant that was guessed from a loop at rest is its law turned round: no plant follows most of y from u alone where disturbances move both, and nothing that is named beside it
-    /// brings it closer.
+    /// Whether three terms are named that begin at once and do about the same: what jumps to and fro is one signal that comes and goes, and each of its edges had a name of its own.
+    pub fn jumps_to_and_fro(&self) -> bool {
+        let is_jump = |named: &&Named| named.term.kind.family == Some(Family::Offset);
+        self.found.physics.iter().filter(is_jump).count() >= EDGES
+    }
+
+    /// Whether the plant that was guessed from a loop at rest is its law turned round: no plant follows most of y from u alone where disturbances move both, and what is named beside it
+    /// brings it no closer, or, where that plays, leaves more than noise. (A valve that plays makes a cycle of which a plant without it follows nothing.)
     pub fn follows_by_the_law(&self) -> bool {
         let fits = self.without.zip(self.found.unseen_fits().after);
         let is_no_closer = |(before, after): (FitPct, FitPct)| {
-            before.y_pct > LEAST_SIMULATED_PCT && after.error() >= before.error()
+            let is_little = after.error() >= before.error() || (self.names_play() && !self.leaves_noise());
+            before.y_pct > LEAST_SIMULATED_PCT && is_little
         };
         self.is_guessed
             && !self.has_healthy

@@ -26,7 +26,7 @@ fn recorded(text: &str, r: Vec<f64>, physics: &[Term], load: (f64, f64), seed: u
 
 /// The diagnosis where nothing is known but a recording and a second one of the same.
 fn of_nothing_known(recorded: impl Fn(u64) -> Signals, seed: u64) -> Diagnosis {
-    let (first, holdout) = (recorded(seed), recorded(seed + 1));
+    let (first, holdout) = (recorded(seed), recorded(seed + 10));
     let text = format!(
         "[loop]\nsample_time_s = {}\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n",
         first.sample_time_s

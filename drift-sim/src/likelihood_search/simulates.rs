@@ -179,7 +179,7 @@ impl Trial<'_> {
             && !self.is_closed()
             && !self.names_noise_alone()
             && fits.is_some_and(is_no_closer)
-            && moved_by_disturbances::are_alone(std::slice::from_ref(self.shown))
+            && moved_by_disturbances::are_alone(std::slice::from_ref(self.seen))
     }
 
     /// Whether what plays or sticks is named.

@@ -155,6 +155,7 @@ impl Trial<'_> {
     pub fn begins_beyond_doubt(&self) -> bool {
         let named = &self.found.physics;
         self.is_guessed
+            && !self.has_healthy
             && !self.is_closed()
             && self.names_what_gains(BEYOND_DOUBT)
             && named.iter().all(|named| has_onset(named.term.kind))

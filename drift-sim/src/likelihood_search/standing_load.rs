@@ -21,9 +21,9 @@ const ALIKE: &str = "sensor_bias";
 /// Steps of the fit without it.
 const REFIT_STEPS: usize = 10;
 
-/// What speaks for the load that stays of a fit; `None` where the plant has an offset for it, where it gains less than `least`, or on the unseen samples too
-/// little beside the strongest of what is named, which gains so much there, where its interval reaches zero, or where dry friction is the same on a way that leads only forth.
-pub fn judged(best: &Fit, data: &Data, least: f64, strongest: f64) -> Option<Choice> {
+/// What speaks for the load that stays of a fit; `None` where the plant has an offset for it, where it gains less than `least` or nothing for sure on the unseen
+/// samples, where its interval reaches zero, or where dry friction is the same on a way that leads only forth.
+pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     let hypothesis = &best.hypothesis;
     let place = hypothesis.place(Target::ConstantLoad).filter(|_| !has_offset(hypothesis))?;
     if one_way::hides_a_load(best, data) {
@@ -40,7 +40,7 @@ pub fn judged(best: &Fit, data: &Data, least: f64, strongest: f64) -> Option<Cho
     if gain < least {
         return None;
     }
-    let unseen = gained(best, &without, data).filter(|unseen| unseen.is_proof(1, strongest))?;
+    let unseen = gained(best, &without, data).filter(|unseen| unseen.is_sure())?;
     if may_be_none(best, place, data) {
         return None;
     }

@@ -65,7 +65,7 @@ fn a_wave_makes_no_physics_of_an_oscillator() {
 fn a_bias_that_begins_is_named() {
     let bias = term("sensor_bias", &[("bias", 0.5)]).from_s(1400.0);
     let found = of_nothing_known(
-        |seed| recorded(TWO_LAGS, vec![37.5; 12_000], &[bias.clone()], (0.3, 0.99999), seed),
+        |seed| recorded(TWO_LAGS, vec![37.5; 12_000], std::slice::from_ref(&bias), (0.3, 0.99999), seed),
         1,
     );
     println!("{:?} {:?} {:?}", found.verdict, kinds(&found), found.holdout.after);
@@ -80,8 +80,10 @@ fn a_bias_that_begins_is_named() {
 fn a_sensor_that_grows_louder_is_named() {
     let louder = term("sensor_noise", &[("ratio", 4.7)]).from_s(13.5);
     let r: Vec<f64> = (0..30_000).map(|n| if n < 9_740 { -0.9 } else { 1.1 }).collect();
-    let found =
-        of_nothing_known(|seed| recorded(RESONANCE, r.clone(), &[louder.clone()], (5.0, 0.9999), seed), 5);
+    let found = of_nothing_known(
+        |seed| recorded(RESONANCE, r.clone(), std::slice::from_ref(&louder), (5.0, 0.9999), seed),
+        5,
+    );
     println!("{:?} {:?} {:?}", found.verdict, kinds(&found), found.holdout.after);
     assert_eq!(kinds(&found), ["sensor_noise"]);
     assert!((found.physics[0].term.parameters[0] / 4.7 - 1.0).abs() < 0.1);

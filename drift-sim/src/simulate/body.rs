@@ -205,11 +205,11 @@ impl Body {
         sample_time_s: f64,
         substeps: usize,
     ) -> f64 {
-        let varying = terms.need_substeps();
-        let is_one_step = !varying && matches!(self, Self::Tank(tank) if tank.is_slow(sample_time_s));
-        let substeps = if is_one_step { 1 } else { substeps };
-        let h = sample_time_s / substeps as f64;
         let (tick, mut drive) = (sample.tick, 0.0);
+        let varying = terms.need_substeps();
+        let is_slow = matches!(self, Self::Tank(tank) if tank.is_slow(sample_time_s));
+        let substeps = if is_slow && !terms.vary_the_drive(tick) { 1 } else { substeps };
+        let h = sample_time_s / substeps as f64;
         for step in 0..substeps {
             let t = sample.t + h * step as f64;
             // The mean over the sub-step in which the delayed value changes.

@@ -96,6 +96,11 @@ impl Terms {
         self.varying_friction || !self.force.is_empty() || !self.filter.is_empty()
     }
 
+    /// Whether something has begun that acts on the drive along the way through this sample.
+    pub fn vary_the_drive(&self, tick: u64) -> bool {
+        self.begun(&self.force, tick).next().is_some() || self.begun(&self.filter, tick).next().is_some()
+    }
+
     pub fn has_friction(&self) -> bool {
         !self.friction.is_empty()
     }

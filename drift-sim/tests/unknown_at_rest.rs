@@ -14,7 +14,7 @@ const TWO_LAGS: &str = "[loop]\nsample_time_s = 0.2\n[controller]\nkind = \"pi\"
 /// An oscillator of 0.42 Hz under a PID.
 const OSCILLATOR: &str = "[loop]\nsample_time_s = 0.002\n[controller]\nkind = \"pid\"\nkp = 58.7\nki = 175.0\nkd = 6.29\nderivative_filter_s = 0.008\n\
     [plant]\nkind = \"state-space\"\na = [[-0.195, 2.65], [-2.65, -0.195]]\nb = [[0.0], [1.43]]\nc = [[1.0, 0.0]]\nd = [[0.0]]\n[sensor]\nnoise = 5e-5\n";
-/// A resonance that nothing reaches but u, and a slow mode that u does not reach, under a PI.
+/// A resonance of 0.4 Hz with a zero under a fast PI.
 const RESONANCE: &str = "[loop]\nsample_time_s = 0.001\n[controller]\nkind = \"pi\"\nkp = 159.0\nki = 105.0\n\
     [plant]\nkind = \"state-space\"\na = [[-0.18, 2.48], [-2.48, -0.18]]\nb = [[1.0], [0.0]]\nc = [[1.0, 0.0]]\nd = [[0.0]]\n[sensor]\nnoise = 0.001\n";
 

@@ -1,20 +1,12 @@
 //! Hostile numbers and hostile configurations: refused or left out, and nothing of them stays.
 
-use crate::core_samples::{channels, noise};
+use crate::core_samples::{channels, noise, repeatable, text};
 use drift_core::{
     Baseline, Blanking, Channel, ChannelKind, Config, Cusum, Decision, Detector, DetectorState, Detectors,
-    Everything, Ewma, Excluded, Full, FullMonitor, Index, Input, Memory, Monitor, OperatingPoint, Report,
-    Saturation, Shewhart, Sprt, WindowStatus,
+    Everything, Ewma, Full, FullMonitor, Index, Input, Memory, Monitor, OperatingPoint, Report, Saturation,
+    Shewhart, Sprt, WindowStatus,
 };
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
-
-/// Reports hold NaN where nothing was judged: compared as text, which shows every digit of an f32. What was left
-/// out, and why, is compared apart.
-pub(crate) fn text<const C: usize, I: std::fmt::Debug>(mut report: Report<C, I>) -> String {
-    report.excluded = Excluded::NONE;
-    format!("{report:?}")
-}
 
 fn finite_detectors<const C: usize>(report: &Report<C>) -> bool {
     report.channels.iter().all(|c| {
@@ -31,11 +23,7 @@ fn reports<const C: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        rng_seed: RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(repeatable())]
     /// A tick with a hostile number is a tick without a sample: all reports agree with those of a run in which
     /// it is simply missing, to the last bit.
     #[test]

@@ -3,11 +3,25 @@
 use drift_core::{
     AllDetectors, Baseline, Blanks, Channel, ChannelKind, Config, ConfigError, Cusum, Detectors, Everything,
     Ewma, Excluded, Full, FullMonitor, Iae, Index, Indices, Input, Location, Monitor, Options, Pair, Plan,
-    Refitted, Remembering, Shewhart, Smallest, Sprt, Tumbling, Verdict, WindowStatus,
+    Refitted, Remembering, Report, Shewhart, Smallest, Sprt, Tumbling, Verdict, WindowStatus,
 };
+use proptest::prelude::ProptestConfig;
+use proptest::test_runner::RngSeed;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+
+/// The same cases at each run, and no file of those that failed.
+pub(crate) fn repeatable() -> ProptestConfig {
+    ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() }
+}
+
+/// Reports hold NaN where nothing was judged: compared as text, which shows every digit of an f32. What was left
+/// out, and why, is compared apart.
+pub(crate) fn text<const C: usize, I: std::fmt::Debug>(mut report: Report<C, I>) -> String {
+    report.excluded = Excluded::NONE;
+    format!("{report:?}")
+}
 
 pub(crate) fn watched(kind: ChannelKind) -> Channel {
     let detectors = Detectors {

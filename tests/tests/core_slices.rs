@@ -1,13 +1,11 @@
 //! It does not matter how the samples are handed over: one at a time, or in slices of any length.
 
-use crate::core_hostile_samples::text;
-use crate::core_samples::{channels, noise, watched};
+use crate::core_samples::{channels, noise, repeatable, text, watched};
 use drift_core::{
     Channel, ChannelKind, Config, Everything, Full, FullMonitor, Iae, Index, IndexSet, Itse, Monitor, Pair,
     PairMonitor,
 };
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 fn long_blocks<const C: usize>(ticks: u32, limited: bool, channels: [Channel; C]) -> Config<f32, C> {
     let config = Config::new(0.001, ticks, 3, channels);
@@ -37,11 +35,7 @@ fn same_in_slices<S: IndexSet<f32>, const C: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        rng_seed: RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(repeatable())]
     /// Any split of the same samples into slices gives the same reports to the last bit.
     #[test]
     fn f32_reports_do_not_depend_on_the_split(cuts in prop::collection::vec(1usize..90, 1..40), seed in 0u64..1000) {

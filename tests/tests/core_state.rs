@@ -1,11 +1,11 @@
 //! Save and restore: a restored monitor goes on bit for bit, and nothing but its own whole state is taken up.
 
+use crate::core_samples::repeatable;
 use drift_core::{
     Baseline, Channel, ChannelKind, Commissioning, Config, Cusum, Detectors, Everything, Ewma, FullMonitor,
     Iae, Index, Input, Memory, Monitor, Number, Options, Pair, PairMonitor, Shewhart, Sprt, StateError,
 };
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -261,11 +261,7 @@ fn commissioning_survives_a_reset() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        rng_seed: RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(repeatable())]
     /// Bytes that pass the checksum but were never written by a monitor: refused or harmless.
     #[test]
     fn random_bytes_with_a_valid_checksum_are_refused_or_harmless(

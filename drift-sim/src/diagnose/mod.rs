@@ -27,7 +27,7 @@ use crate::controller::Controller;
 use crate::estimate::law_replay::ControllerReplay;
 pub use crate::estimate::signals;
 use crate::likelihood_search::{self, options::Options};
-use crate::physics::{Family, Place, Term};
+use crate::physics::{Place, Term};
 use crate::{Error, Result};
 use load_jumps::LoadJumps;
 use load_waves::LoadWaves;
@@ -219,9 +219,8 @@ impl Diagnosis {
     /// Whether a load or a bias comes more than once among what is named: it may be one signal that comes and goes, which the likelihood has none of. Where the sensor's
     /// noise changes too, no simulation tells: that is in none.
     pub(crate) fn jumps_again(&self) -> bool {
-        let is_jump = |named: &&Named| named.term.kind.family == Some(Family::Offset);
         let changes_noise = self.physics.iter().any(Named::is_noise_change);
-        !changes_noise && self.physics.iter().filter(is_jump).count() > 1
+        !changes_noise && self.physics.iter().filter(|named| named.is_offset()).count() > 1
     }
 }
 

@@ -1,10 +1,14 @@
 //! A term that was found, and what speaks for it.
 
-use crate::physics::{Starts, Term};
+use crate::physics::{Family, Starts, Term};
 
 /// Log-likelihood that a term gains from which it is not nothing, whatever the curvature says of each of its numbers: another one beside it, a load say, may take up what each of
 /// them does, and not what they do together.
 pub(crate) const EXCLUDES_NOTHING: f64 = 50.0;
+
+/// Part of a term's size that its interval reaches to either side, at most, for the size to be told: the play of a clean loop
+/// (`tests/cases/run 9401`) was as small as that.
+const TOLD: f64 = 0.5;
 
 /// A term that was found, and what speaks for it.
 #[derive(Debug, Clone)]
@@ -43,7 +47,12 @@ impl Named {
     /// Whether its size, the first of its numbers, is told: what may as well be half of it, or half more, may be nothing beside a plant whose own numbers may be anything.
     pub(crate) fn is_of_told_size(&self) -> bool {
         let size = self.term.parameters.first().zip(self.half_widths.first());
-        size.is_some_and(|(size, width)| *width < 0.5 * size.abs())
+        size.is_some_and(|(size, width)| *width < TOLD * size.abs())
+    }
+
+    /// Whether it is a load or a bias, or does about the same, from some time on.
+    pub(crate) fn is_offset(&self) -> bool {
+        self.term.kind.family == Some(Family::Offset)
     }
 
     /// Whether it is in the noise, and in no simulation.

@@ -144,7 +144,7 @@ pub fn improvement(before: &Trace, after: &Trace, model: &Loop, signals: &Signal
 
 /// How much of u (of y, where the law is unknown) one simulation differs from another, of its own variation.
 pub fn difference(one: &Trace, other: &Trace, model: &Loop) -> f64 {
-    let (a, b) = if !model.has_law() { (&one.y, &other.y) } else { (&one.u, &other.u) };
+    let (a, b) = if model.has_law() { (&one.u, &other.u) } else { (&one.y, &other.y) };
     let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
     libm::sqrt(squared / a.len().max(1) as f64) / deviation(a).max(1e-300)
 }

@@ -12,8 +12,8 @@ use super::measure;
 use super::noise::Noise;
 use super::signals::Signals;
 use crate::control_loop::Loop;
+use crate::estimate::noise::sequence;
 use crate::likelihood_search::options::Options;
-use crate::likelihood_search::simulates::sequence;
 
 pub const SAMPLES: usize = 160;
 pub const SENSOR: f64 = 0.05;

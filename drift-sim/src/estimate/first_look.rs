@@ -89,10 +89,10 @@ mod tests {
     use crate::estimate::hypothesis::{Hypothesis, Target};
     use crate::estimate::likelihood::Data;
     use crate::estimate::measure;
+    use crate::estimate::noise::sequence;
     use crate::estimate::signals::Signals;
     use crate::likelihood_search::nominal;
     use crate::likelihood_search::options::Options;
-    use crate::likelihood_search::simulates::sequence;
 
     const SAMPLES: usize = 15_000;
 

@@ -112,7 +112,7 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::{Signals, hides_noise, is_coarse, rounding, step};
-    use crate::likelihood_search::simulates::sequence;
+    use crate::estimate::noise::sequence;
 
     const NOISE: f64 = 0.01;
 

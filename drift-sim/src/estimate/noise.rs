@@ -1,4 +1,6 @@
 //! The noise of a loop: a slow random load on its plant, and the noise of its sensor.
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 /// Numbers of the noise. Both parts are first-order autoregressions: the load is held over each sample, white noise is on the sensor
 /// besides.
@@ -32,4 +34,18 @@ impl Noise {
     pub fn growth_at(&self, t: f64) -> f64 {
         if t >= self.growth_from_s { self.growth } else { 1.0 }
     }
+}
+
+/// A first-order autoregression of this deviation.
+pub(crate) fn sequence(samples: usize, deviation: f64, stays: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let mut draw = || -> f64 { StandardNormal.sample(random) };
+    let mut value = deviation * draw();
+    let moves = deviation * libm::sqrt(1.0 - stays * stays);
+    (0..samples)
+        .map(|_| {
+            let now = value;
+            value = stays * value + moves * draw();
+            now
+        })
+        .collect()
 }

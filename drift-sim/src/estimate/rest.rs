@@ -277,9 +277,9 @@ mod tests {
     use crate::estimate::likelihood::{Cache, Data, runs};
     use crate::estimate::measure;
     use crate::estimate::noise::WHITE;
+    use crate::estimate::noise::sequence;
     use crate::estimate::signals::Signals;
     use crate::likelihood_search::options::Options;
-    use crate::likelihood_search::simulates::sequence;
 
     const SAMPLES: usize = 3_000;
     const STAYS: f64 = 0.8;

@@ -252,7 +252,7 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::{Signals, deviation};
-    use crate::likelihood_search::simulates::sequence;
+    use crate::estimate::noise::sequence;
 
     fn of(y: Vec<f64>) -> Signals {
         let u = (0..y.len()).map(|n| n as f64).collect();

@@ -346,7 +346,7 @@ mod tests {
 
     use super::*;
     use crate::estimate::measure;
-    use crate::likelihood_search::simulates::sequence;
+    use crate::estimate::noise::sequence;
 
     const BAND: f64 = 1.0;
     const JUMP: f64 = 0.31;

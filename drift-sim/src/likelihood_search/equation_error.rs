@@ -157,7 +157,7 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::*;
-    use crate::likelihood_search::simulates::sequence;
+    use crate::estimate::noise::sequence;
 
     /// A mode of 2.26 rad/s with a damping ratio of 0.075 and a zero at 0.17 under a proportional law of gain 260, whose y carries noise: its state by the exact step of a millisecond, written
     /// out as a rotation.

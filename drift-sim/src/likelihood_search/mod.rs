@@ -19,6 +19,7 @@ mod climb;
 mod comes_and_goes;
 pub(crate) mod conclude;
 pub(crate) mod decide;
+mod drawn;
 mod equal_onsets;
 mod equation_error;
 mod excitation;

@@ -85,9 +85,9 @@ mod tests {
 
     use super::*;
     use crate::control_loop::Loop;
+    use crate::estimate::noise::sequence;
     use crate::estimate::signals::Signals;
     use crate::likelihood_search::options::Options;
-    use crate::likelihood_search::simulates::sequence;
     use crate::likelihood_search::{self, nominal};
 
     const SAMPLES: usize = 3_000;

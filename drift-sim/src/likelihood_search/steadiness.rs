@@ -39,7 +39,7 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::{LEAST, gain_of_most};
-    use crate::likelihood_search::simulates::sequence;
+    use crate::estimate::noise::sequence;
 
     /// White noise with 60 nats more in the base: in a tenth of its samples, or in three of them.
     #[test]

@@ -57,8 +57,8 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::of;
+    use crate::estimate::noise::sequence;
     use crate::estimate::signals::Signals;
-    use crate::likelihood_search::simulates::sequence;
 
     const SAMPLES: usize = 4_000;
 

@@ -15,7 +15,7 @@ use crate::stage;
 
 use super::comes_and_goes;
 use super::decide::priced;
-use super::load_noise::{judged_again, looked_beside, refitted};
+use super::load_noise::{judged_again, looked_beside, price_of_two, refitted};
 use super::options::Options;
 use super::plants::Identified;
 use super::rivals::{Field, begins_at_once, shared_point};
@@ -76,6 +76,9 @@ pub fn taken_up(found: Identified, field: Field, may_come_and_go: bool, options:
     }
     stage::begins("jumps of the load", 0);
     let Some(jumping) = likeliest(&found.data, &field, options) else { return as_it_was((found, field)) };
+    if price_of_two(&field, &found.data, options) < jumping.price {
+        return as_it_was((found, field));
+    }
     let comes_and_goes =
         may_come_and_go.then(|| comes_and_goes_in(&jumping, &field.base, &found.data, options)).flatten();
     let Jumping { fit, jumps, .. } = jumping;

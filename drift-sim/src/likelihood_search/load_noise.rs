@@ -8,11 +8,12 @@ use crate::estimate::hypothesis::{Hypothesis, Point, Target, is_noise};
 use crate::estimate::likelihood::Data;
 use crate::physics::Kind;
 
+use super::decide::priced;
 use super::glance::{Glance, Round};
 use super::nominal;
 use super::options::Options;
 use super::plants::Identified;
-use super::rivals::{Field, last_kind, shared_point, stuck, with_shared};
+use super::rivals::{self, Field, last_kind, shared_point, stuck, with_shared};
 
 /// Part of the leading kind's gain from which on such a load is looked for beside a kind, and the most of such kinds.
 const LEADING: f64 = 0.5;
@@ -33,6 +34,15 @@ pub fn looked_beside(field: &Field, is_itself: fn(&Kind) -> bool) -> Vec<&Fit> {
         .iter()
         .filter(|rival| rival.ended && !is_itself(rival.kind) && field.gain(rival) > LEADING * top);
     std::iter::once(&field.base).chain(leading.take(KINDS).map(|rival| &rival.fit)).collect()
+}
+
+/// What a second kind costs at least beside the one that leads, in a load of the usual kind: where two things have begun together, or show only together, the load beside one of them seems to
+/// jump or to swing. Minus a log-likelihood, with what their numbers cost.
+pub fn price_of_two(field: &Field, data: &Data, options: &Options) -> f64 {
+    let leading = field.rivals.first();
+    let two = leading.and_then(|leading| rivals::field(&leading.fit, data, Round::Later(options.least_gain)));
+    let prices = two.iter().flat_map(|two| &two.rivals).map(|rival| 0.5 * priced(&rival.fit));
+    prices.fold(f64::INFINITY, f64::min)
 }
 
 /// A fit gone on under such a load: from its own noise, from one that holds the load else, and from the stated numbers, which what was no noise before had bent.

@@ -13,7 +13,7 @@ use crate::physics::{KINDS, Kind, Over, Starts};
 use crate::stage;
 
 use super::decide::priced;
-use super::load_noise::{judged_again, looked_beside, refitted};
+use super::load_noise::{judged_again, looked_beside, price_of_two, refitted};
 use super::options::Options;
 use super::plants::Identified;
 use super::rivals::Field;
@@ -91,7 +91,7 @@ fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Swinging> 
     let each: Vec<(&Fit, Swinging)> = alone.into_iter().chain(again).collect();
     let (beside, best) = each.into_iter().min_by(|a, b| a.1.price.total_cmp(&b.1.price))?;
     let is_likelier = |than: f64| best.price < than - options.margin;
-    if !is_likelier(without) {
+    if !is_likelier(without) || !is_likelier(price_of_two(field, data, options)) {
         return None;
     }
     let (none, one) = (0.5 * priced(beside), as_one_wave(beside, data));

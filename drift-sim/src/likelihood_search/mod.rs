@@ -44,6 +44,7 @@ pub(crate) mod nominal;
 mod offset;
 mod one_way;
 pub mod options;
+mod own_terms;
 mod parts;
 pub(crate) mod plants;
 pub mod prove;
@@ -342,7 +343,7 @@ impl Case<'_> {
         let may = (may_swing, self.recordings.len() == 1);
         let TakenUp { found, field, comes_and_goes } = under_its_load(found, first, may, options);
         let search = Search { data: &found.data, options, is_plant_open };
-        let result = search.run(search.with_own_terms(field));
+        let result = search.run_beside_own_terms(field);
         let result = match under_waves {
             Some(other) => result.agreed_with(&other),
             None => result,

@@ -8,7 +8,7 @@ use crate::physics::{Family, Kind, Starts, Term};
 
 use super::all_samples;
 use super::beside_friction::{BesideFriction, is_friction_first};
-use super::decide::{AS_LIKELY, Decision, Scored, cost_of, decide, has_onset, independent_share};
+use super::decide::{Decision, Scored, cost_of, decide, independent_share};
 use super::found::{Choice, Contender, Found};
 use super::glance::Round;
 use super::guarantee::decide_surely;
@@ -19,21 +19,16 @@ use super::nominal;
 use super::options::Options;
 use super::prove::{Gained, gained};
 use super::raggedness::shaken;
-use super::rivals::{self, Field, Rival, field};
+use super::rivals::{Field, Rival, field};
 use super::standing_load;
 use super::without::without;
 
-/// Steps of a fit to healthy recordings as well.
-const REFIT_STEPS: usize = 10;
 /// Part of the innovations that must count as independent for the noise model to hold: below it the machine is another than any of the
 /// hypotheses, and their likelihoods are not to be compared. Further terms may make up for some of it.
 const LEAST_INDEPENDENT: f64 = 0.6;
 /// Part beside the likeliest kind below which they do not, but for friction, behind which much may be hidden: of 130 searches, 30 of them of real recordings, none that began below 0.3 came
 /// to the part above.
 const BEYOND_REPAIR: f64 = 0.25;
-
-/// Terms that a plant may have of its own.
-const OWN_TERMS: usize = 2;
 
 /// The search on one nominal fit.
 pub struct Search<'a> {
@@ -91,7 +86,7 @@ impl Search<'_> {
         }
     }
 
-    fn decide(&self, field: &Field, least: f64) -> Decision {
+    pub fn decide(&self, field: &Field, least: f64) -> Decision {
         match self.options.guarantee {
             Some(alpha) => decide_surely(field, self.data, alpha),
             None => {
@@ -237,39 +232,6 @@ impl Search<'_> {
         let Some(rival) = named(decision, field) else { return false };
         let score = decision.score(rival.kind);
         [&field.base, &rival.fit].iter().any(|fit| score < shaken(fit, self.data))
-    }
-
-    /// A field beside an unknown plant to which those terms belong that lead one after the other and may be its own.
-    pub fn with_own_terms(&self, mut field: Field) -> Field {
-        if !field.base.hypothesis.is_guessed {
-            return field;
-        }
-        for _ in 0..OWN_TERMS {
-            let decision = self.decide(&field, f64::NEG_INFINITY);
-            let own = self.plants_own(&decision, &field);
-            let Some(base) = own.and_then(|fit| with_last_stated(&fit, self.data)) else { break };
-            let round = Round::First(self.options.least_gain);
-            let Some(next) = rivals::field(&base, self.data, round) else { break };
-            field = next;
-        }
-        field
-    }
-
-    /// What a decision names, where it may be an unknown plant's own, fitted as such: a late response where nothing tells how late the plant was; else a kind in the healthy
-    /// recordings, too, where these speak for it. Where they say nothing of it, as of a limit that u reaches now alone, it may have come since. A stated plant lacks it, whenever it
-    /// came.
-    fn plants_own(&self, decision: &Decision, field: &Field) -> Option<Fit> {
-        let rival = named(decision, field)?;
-        if self.is_plant_open {
-            return (rival.kind.family == Some(Family::Lag)).then(|| rival.fit.clone());
-        }
-        if !rival.fit.hypothesis.is_guessed || has_onset(rival.kind) {
-            return None;
-        }
-        let all = self.data.with_all_alike();
-        let mut fit = Fit::at(&rival.fit.hypothesis, &rival.fit.point, &all)?;
-        fit.descend(&all, REFIT_STEPS, &rivals::stuck(&fit.hypothesis));
-        (fit.objective() + 2.0 * AS_LIKELY < rival.fit.objective()).then_some(fit)
     }
 
     /// Names what a decision leaves alone; else keeps the set, with its best kind to be proven.
@@ -457,18 +419,8 @@ pub fn noise_holds(fit: &Fit) -> bool {
     independent_share(fit) >= LEAST_INDEPENDENT
 }
 
-/// A fit whose last candidate is part of the loop: its numbers stay free, and every later hypothesis has it.
-pub fn with_last_stated(fit: &Fit, data: &Data) -> Option<Fit> {
-    let mut hypothesis = fit.hypothesis.clone();
-    *hypothesis.model.physics.last_mut()? = hypothesis.realise(&fit.point)?.model.physics.pop()?;
-    hypothesis.stated += 1;
-    let mut point = fit.point.clone();
-    point.onsets.pop();
-    nominal::fit_again(&Fit::at(&hypothesis, &point, data)?, data)
-}
-
 /// The rival that a decision names.
-fn named<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
+pub fn named<'a>(decision: &Decision, field: &'a Field) -> Option<&'a Rival> {
     let (place, _) = decision.named.as_ref()?;
     field.rivals.get(*place)
 }

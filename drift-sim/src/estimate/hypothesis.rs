@@ -3,7 +3,7 @@
 
 use crate::control_loop::Loop;
 use crate::measured_input::Gain;
-use crate::physics::{Family, Hook, Scales, Searched, Start, Starts, Term};
+use crate::physics::{Family, Hook, Parameter, Scales, Searched, Start, Starts, Term};
 use crate::plant::{Number, Plant, Role};
 
 use super::free;
@@ -169,17 +169,24 @@ impl Hypothesis {
         (ends..1.0 - ends).contains(&(onset_s / self.scales.duration_s))
     }
 
-    /// Whether a candidate's number lies at an end of where it is looked for: the kind stands in for something else.
+    /// Whether a candidate's number lies at an end of where it is looked for, or its limits meet: the kind stands in for something else.
     pub fn is_at_an_end(&self, candidate: usize, point: &Point) -> bool {
         let index = self.stated + candidate;
-        self.free.iter().zip(&point.x).any(|(free, x)| {
-            let Target::Term { term, parameter } = free.target else { return false };
+        let of_term = self.free.iter().zip(&point.x).filter_map(|(free, x)| {
+            let Target::Term { term, parameter } = free.target else { return None };
             let parameter = self.model.physics.get(term).and_then(|of| of.kind.parameters.get(parameter));
-            let Some(parameter) = parameter.filter(|_| term == index) else { return false };
+            Some((parameter.filter(|_| term == index)?, free, *x))
+        });
+        let is_at_an_end = |(parameter, free, x): &(&Parameter, &Free, f64)| {
             let at = |end: f64| (x - end).abs() <= AT_AN_END * end.abs();
             parameter.searched != Searched::Everywhere
                 && (at(free.high) || (at(free.low) && free.value(free.low) != 0.0))
-        })
+        };
+        let limits: Vec<f64> =
+            of_term.clone().filter(|(parameter, ..)| parameter.limits).map(|(.., x)| x).collect();
+        // Between two limits that meet nothing passes.
+        let meet = matches!(limits[..], [lower, upper] if (upper - lower).abs() < AT_AN_END);
+        meet || of_term.clone().any(|of| is_at_an_end(&of))
     }
 
     /// The place of a number among the free ones.

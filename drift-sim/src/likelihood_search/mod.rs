@@ -51,6 +51,7 @@ pub mod prove;
 mod raggedness;
 pub(crate) mod rivals;
 mod search;
+mod settled_onsets;
 pub(crate) mod simulates;
 mod spans;
 mod standing_load;

@@ -284,16 +284,20 @@ impl Search<'_> {
 
     /// What speaks for one of the named terms, which its choice keeps; `None` where the loop can't be simulated without it.
     fn judged(&self, found: &mut Found, best: &Fit, index: usize) -> Option<Judged> {
-        let without = match found.named.len() {
-            1 => found.base.clone(),
-            _ => without(best, index, self.data)?,
-        };
+        let is_alone = found.named.len() == 1;
+        let without = if is_alone { found.base.clone() } else { without(best, index, self.data)? };
         let choice = found.named.get_mut(index)?;
         let among = choice.among;
         let mut unseen = gained(best, &without, self.data);
-        if !unseen.is_some_and(|unseen| unseen.is_sure_among(among)) {
+        // Beside others it may have to prove more.
+        let strongest = if is_alone { f64::NEG_INFINITY } else { f64::INFINITY };
+        if !unseen.is_some_and(|unseen| unseen.is_proof(among, strongest)) {
             let onset_s = best.point.onsets.get(index).copied().unwrap_or(0.0);
-            unseen = gained_again(best, &without, onset_s, self.data).or(unseen);
+            let again = gained_again(best, &without, onset_s, self.data);
+            let is_surer = |again: &Gained| {
+                unseen.is_none_or(|unseen| !unseen.is_sure_among(among) || again.errors() > unseen.errors())
+            };
+            unseen = again.filter(is_surer).or(unseen);
         }
         choice.unseen = unseen;
         let mut pays = true;

@@ -8,6 +8,7 @@
 )]
 
 mod baseline_file;
+mod begun_together;
 mod beside_friction;
 mod calibration;
 mod calibration_promise;

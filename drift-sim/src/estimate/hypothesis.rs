@@ -408,3 +408,29 @@ fn shift_of(role: Role, start: &Start) -> f64 {
         Role::Delay | Role::Offset | Role::Shape => 0.0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure;
+    use super::super::signals::Signals;
+    use super::*;
+    use crate::likelihood_search::options::Options;
+
+    /// Limits that a u of one volt comes to, and two between which nothing passes.
+    #[test]
+    fn limits_that_meet_are_at_an_end() {
+        let text = "[loop]\nsample_time_s = 1.0\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"first-order\"\ngain = 2.0\ntime_constant_s = 9.0\n";
+        let model = Loop::parse(text, "a flow").unwrap();
+        let u: Vec<f64> = (0..1000).map(|n| libm::sin(0.05 * f64::from(n))).collect();
+        let signals = Signals { sample_time_s: 1.0, r: u.clone(), y: u.clone(), u, ..Signals::default() };
+        let plain =
+            Hypothesis::nominal(&model, &measure::scales(&model, &[signals]), &Options::default().priors);
+        let is_at_an_end = |lower: f64, upper: f64| {
+            let limits = Term::new("saturation", &[("lower", lower), ("upper", upper)]).unwrap();
+            let with = plain.with(limits);
+            with.is_at_an_end(0, &with.own_point())
+        };
+        assert!(!is_at_an_end(-0.5, 0.5) && !is_at_an_end(0.1, 0.4));
+        assert!(is_at_an_end(0.1, 0.101));
+    }
+}

@@ -21,8 +21,13 @@ impl Search<'_> {
     /// been there before (a servo that has gained dry friction and a spring, 84 nats): where the search without is likelier at its end, it stands.
     pub fn run_beside_own_terms(&self, first: Field) -> Found {
         let Some(beside) = self.beside_own_terms(&first) else { return self.run(first) };
-        let (own, without) = (self.run(beside), self.run(first));
-        let is_likelier = 0.5 * reached(&without) + self.options.margin < 0.5 * reached(&own);
+        let own = self.run(beside);
+        // How late a plant was that nothing tells of has no rival.
+        if self.is_plant_open {
+            return own;
+        }
+        let without = self.run(first);
+        let is_likelier = reached(&without) + 2.0 * self.options.margin < reached(&own);
         if is_likelier { without } else { own }
     }
 

@@ -86,6 +86,7 @@ impl Search<'_> {
         }
     }
 
+    /// What a field decides, of kinds that gain so much at least.
     pub fn decide(&self, field: &Field, least: f64) -> Decision {
         match self.options.guarantee {
             Some(alpha) => decide_surely(field, self.data, alpha),

@@ -76,15 +76,13 @@ pub fn taken_up(found: Identified, field: Field, may_come_and_go: bool, options:
     }
     stage::begins("jumps of the load", 0);
     let Some(jumping) = likeliest(&found.data, &field, options) else { return as_it_was((found, field)) };
-    if price_of_two(&field, &found.data, options) < jumping.price {
-        return as_it_was((found, field));
-    }
     let comes_and_goes =
         may_come_and_go.then(|| comes_and_goes_in(&jumping, &field.base, &found.data, options)).flatten();
-    let Jumping { fit, jumps, .. } = jumping;
+    let Jumping { fit, jumps, price } = jumping;
     let jumps = without_outliers(jumps, found.data.recordings.len());
     let is_often = seen(&jumps, &found.data) >= LEAST;
-    let again = (is_often && !is_on_and_off(&jumps)).then(|| {
+    let are_noise = is_often && !is_on_and_off(&jumps) && price <= price_of_two(&field, &found.data, options);
+    let again = are_noise.then(|| {
         let jumps = as_jumps(&jumps, &found.data, fit.rows.sensor_sd);
         let data = found.data.clone().jumping(jumps);
         judged_again(&fit, data, (&found, &field, looked_beside(&field, is_jump)), options)

@@ -23,10 +23,6 @@ const AXIS: &str = "[loop]\nsample_time_s = 0.001\n[units]\nr = \"m\"\ny = \"m\"
     derivative_filter_s = 0.003\n[plant]\nkind = \"servo\"\noutput = \"position\"\ninertia = 148.0\nviscous = 339.0\nactuator_gain = 33.0\n[sensor]\nnoise = 1e-6\n";
 const NOTHING_KNOWN: &str = "[loop]\nsample_time_s = 0.001\n[units]\nr = \"m\"\ny = \"m\"\nu = \"V\"\nforce = \"N\"\n[controller]\nkind = \"recorded\"\n[plant]\nkind = \"identify\"\n";
 
-fn term(kind: &str, parameters: &[(&str, f64)]) -> Term {
-    Term::new(kind, parameters).unwrap()
-}
-
 /// The first number of a kind that is named, and its interval's half width.
 fn number(found: &Diagnosis, kind: &str) -> (f64, f64) {
     let named = found.physics.iter().find(|named| named.term.kind.name == kind);
@@ -36,7 +32,10 @@ fn number(found: &Diagnosis, kind: &str) -> (f64, f64) {
 
 /// A heater whose sensor reads too little and whose valve passes less from the same time on, from this start: both are named, with their sizes.
 fn bias_and_lost_gain_are_named(start: Option<&Start>) {
-    let begun = [term("gain_loss", &[("loss", 0.36)]), term("sensor_bias", &[("bias", -1.15)])];
+    let begun = [
+        Term::new("gain_loss", &[("loss", 0.36)]).unwrap(),
+        Term::new("sensor_bias", &[("bias", -1.15)]).unwrap(),
+    ];
     let physics: Vec<Term> = begun.into_iter().map(|term| term.from_s(5210.0)).collect();
     let truth = Loop { physics, ..Loop::parse(&format!("{HEATER}{HEATS}"), "loop.toml").unwrap() };
     let stated = Loop::parse(&format!("{HEATER}{STATED}"), "loop.toml").unwrap();
@@ -73,7 +72,10 @@ fn a_gain_that_is_lost_with_a_bias_is_no_step_of_the_load() {
 #[ignore = "slow: a diagnosis"]
 fn friction_that_has_come_with_a_spring_is_not_the_axis_own() {
     let truth = Loop::parse(AXIS, "loop.toml").unwrap();
-    let begun = [term("coulomb_friction", &[("level", 57.0)]), term("stiffness", &[("stiffness", 808.0)])];
+    let begun = [
+        Term::new("coulomb_friction", &[("level", 57.0)]).unwrap(),
+        Term::new("stiffness", &[("stiffness", 808.0)]).unwrap(),
+    ];
     let recorded = |physics: &[Term], steps_at: u32, seed: u64| {
         let moved = |n: u32| (f64::from(n) - f64::from(steps_at)).clamp(0.0, 60.0) / 60.0;
         let r = (0..20_000).map(|n| 0.0575 + 0.125 * moved(n)).collect();

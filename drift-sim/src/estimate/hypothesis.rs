@@ -177,16 +177,17 @@ impl Hypothesis {
             let parameter = self.model.physics.get(term).and_then(|of| of.kind.parameters.get(parameter));
             Some((parameter.filter(|_| term == index)?, free, *x))
         });
+        let numbers: Vec<(&Parameter, &Free, f64)> = of_term.collect();
+        let limits: Vec<f64> =
+            numbers.iter().filter(|(parameter, ..)| parameter.limits).map(|(.., x)| *x).collect();
+        // Between two limits that meet nothing passes.
+        let meet = matches!(limits[..], [lower, upper] if (upper - lower).abs() < AT_AN_END);
         let is_at_an_end = |(parameter, free, x): &(&Parameter, &Free, f64)| {
             let at = |end: f64| (x - end).abs() <= AT_AN_END * end.abs();
             parameter.searched != Searched::Everywhere
                 && (at(free.high) || (at(free.low) && free.value(free.low) != 0.0))
         };
-        let limits: Vec<f64> =
-            of_term.clone().filter(|(parameter, ..)| parameter.limits).map(|(.., x)| x).collect();
-        // Between two limits that meet nothing passes.
-        let meet = matches!(limits[..], [lower, upper] if (upper - lower).abs() < AT_AN_END);
-        meet || of_term.clone().any(|of| is_at_an_end(&of))
+        meet || numbers.iter().any(is_at_an_end)
     }
 
     /// The place of a number among the free ones.

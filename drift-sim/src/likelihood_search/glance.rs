@@ -374,7 +374,7 @@ pub fn second_round(
             true => from.slid(&begin, SLIDES, &stuck(&begin.hypothesis)),
             false => descended(&begin, data, SHORT),
         });
-        let is_related = kind.family.is_some() && kind.family == leader.family;
+        let is_related = kind.is_related(leader);
         let of_size = drive.filter(|_| is_related).and_then(|drive| {
             let begin = begins_of_size(&from, kind, drive).into_iter().next()?;
             descended(&begin, data, SHORT)

@@ -158,10 +158,8 @@ impl Sketch {
         let leading = self.short.iter().zip(&gains).max_by(|a, b| a.1.total_cmp(b.1));
         let leading = leading.map(|((kind, _), _)| *kind);
         // What begins at once hides in another one of its family that begins then: a lost gain came to 78 of 420 nats in a short fit beside a bias, a load to 350.
-        let begins_like_it = |kind: &Kind| {
-            begins_at_once(kind)
-                && leading.is_some_and(|leading| kind.family.is_some() && kind.family == leading.family)
-        };
+        let begins_like_it =
+            |kind: &Kind| begins_at_once(kind) && leading.is_some_and(|leading| kind.is_related(leading));
         let fits = self.short.iter().map(|(_, fit)| fit).zip(gains.iter().copied());
         let goes_on = self.round.goes_on(data, fits);
         stage::begins("every kind of physics, to the end", self.short.len());

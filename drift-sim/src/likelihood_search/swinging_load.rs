@@ -91,12 +91,14 @@ fn likeliest(data: &Data, field: &Field, options: &Options) -> Option<Swinging> 
     let each: Vec<(&Fit, Swinging)> = alone.into_iter().chain(again).collect();
     let (beside, best) = each.into_iter().min_by(|a, b| a.1.price.total_cmp(&b.1.price))?;
     let is_likelier = |than: f64| best.price < than - options.margin;
-    if !is_likelier(without) || !is_likelier(price_of_two(field, data, options)) {
+    if !is_likelier(without) {
         return None;
     }
     let (none, one) = (0.5 * priced(beside), as_one_wave(beside, data));
     let is_one_wave = none - one > ONE_WAVE * (none - best.price);
-    (is_likelier(one) && !is_one_wave).then_some(best)
+    // A round of all kinds is asked for last: nothing else here takes as long.
+    let are_waves = is_likelier(one) && !is_one_wave && is_likelier(price_of_two(field, data, options));
+    are_waves.then_some(best)
 }
 
 /// All lines of several searches in each recording, those of the likeliest first; of two that are the same one is kept.

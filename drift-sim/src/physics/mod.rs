@@ -195,6 +195,11 @@ impl Kind {
         self.family == Some(Family::Play) && self.place == place
     }
 
+    /// Whether both are of one family.
+    pub fn is_related(&self, other: &Self) -> bool {
+        self.family.is_some() && self.family == other.family
+    }
+
     /// The kind of this name.
     ///
     /// # Errors
@@ -444,7 +449,7 @@ mod tests {
     #[test]
     fn a_family_has_more_than_one_kind_and_a_start_matches_its_parameters() {
         for kind in KINDS {
-            let same = KINDS.iter().filter(|other| other.family.is_some() && other.family == kind.family);
+            let same = KINDS.iter().filter(|other| other.is_related(kind));
             assert!(kind.family.is_none() || same.count() > 1, "{}", kind.name);
             if let Some(all) = kind.search.points(&Scales::default()) {
                 assert!(

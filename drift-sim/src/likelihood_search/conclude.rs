@@ -197,10 +197,12 @@ impl Conclusion<'_> {
         // Where nothing gains enough and nothing is proven, nothing is excluded either; and a kind that is left alone and not named stands in for another.
         let left = contenders.iter().filter(|contender| contender.is_left).count();
         let all_are_left = left == 0 || (left == 1 && verdict == Verdict::Located);
-        let nothing = Cause::of(&self.result.base, 0.0, verdict == Verdict::Undecided);
-        let kinds = contenders.iter().filter_map(|contender| {
-            Cause::of(&contender.fit, contender.score, contender.is_left || all_are_left)
-        });
+        let of =
+            |fit: &Fit, gain: f64, is_left: bool| Cause::of(fit, self.stated, self.factor, gain, is_left);
+        let nothing = of(&self.result.base, 0.0, verdict == Verdict::Undecided);
+        let kinds = contenders
+            .iter()
+            .filter_map(|contender| of(&contender.fit, contender.score, contender.is_left || all_are_left));
         nothing.into_iter().chain(kinds).collect()
     }
 

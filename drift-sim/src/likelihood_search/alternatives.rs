@@ -68,7 +68,7 @@ impl Found {
     }
 }
 
-/// A fit under next to no random load.
+/// A fit under next to no random load; `None` where one of its terms does nothing then, or stands in for something else.
 fn under_next_to_no_load(fit: &Fit, data: &Data) -> Option<Fit> {
     let hypothesis = &fit.hypothesis;
     // No simulation shows y late.
@@ -82,5 +82,6 @@ fn under_next_to_no_load(fit: &Fit, data: &Data) -> Option<Fit> {
     }
     let mut quiet = Fit::at(hypothesis, &point, data)?;
     quiet.descend(data, QUIET_STEPS, &held);
-    Some(quiet)
+    let mut terms = 0..hypothesis.candidates().len();
+    (!terms.any(|term| hypothesis.is_at_an_end(term, &quiet.point))).then_some(quiet)
 }

@@ -121,10 +121,10 @@ impl<'a> Judge<'a> {
             is_noise || !self.law.terms.is_empty() || trial.proves_numbers()
         } else if self.attempt.is_further() || least.is_some() {
             // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to, and one that the
-            // plant was guessed from nearly all of it.
+            // plant was guessed from nearly all of it. It shows nothing of a sensor's noise, and the mean of several samples of a reference that moves faster and faster misses more and more.
             (is_proven || (is_noise && trial.confirms()))
                 && (!is_own_guess || trial.explains_nearly_all())
-                && !trial.names_noise_alone()
+                && !trial.names_noise()
         } else {
             is_sure || is_proven
         };

@@ -166,6 +166,11 @@ impl Telling<'_> {
                 "This recording can't tell: the plant that could be identified from it does not follow y where it has not seen it.".into(),
                 "A recording with changes of the set-point, or a loop file that states the plant, would tell more.".into(),
             ),
+            Verdict::Undecided if !found.candidates.is_empty() => (
+                Status::CantTell,
+                "This recording can't tell: what explains it best is not proved.".into(),
+                format!("Likeliest: {}. Changes of the set-point would tell more.", listed(&self.candidates())),
+            ),
             Verdict::Undecided => (
                 Status::CantTell,
                 "This recording can't tell: too little moves in it, or too much is unknown.".into(),
@@ -182,7 +187,7 @@ impl Telling<'_> {
                 (
                     Status::Suspect,
                     format!("Something is missing at the {place}, and this recording can't tell what."),
-                    self.candidates(),
+                    self.what_is_left(),
                 )
             }
             Verdict::MissingPhysics => {
@@ -295,9 +300,12 @@ impl Telling<'_> {
         }
     }
 
-    fn candidates(&self) -> String {
-        let names: Vec<&str> = self.found.candidates.iter().map(|(kind, _)| *kind).collect();
-        match names.as_slice() {
+    fn candidates(&self) -> Vec<&'static str> {
+        self.found.candidates.iter().map(|(kind, _)| *kind).collect()
+    }
+
+    fn what_is_left(&self) -> String {
+        match self.candidates().as_slice() {
             [] => String::new(),
             names => format!("What is left: {}.", listed(names)),
         }
@@ -434,6 +442,10 @@ impl Telling<'_> {
             Status::Suspect if !found.candidates.is_empty() => {
                 KeyNumber::new(found.candidates.len().to_string(), format!("causes left, of {tried} tried"))
             }
+            Status::CantTell if !found.candidates.is_empty() => KeyNumber::new(
+                found.candidates.len().to_string(),
+                format!("causes that explain more, none of them proved, of {tried} tried"),
+            ),
             _ => KeyNumber::new(format!("0 of {tried}"), "causes tried that explain more"),
         }
     }

@@ -97,6 +97,13 @@ pub fn loop_of(fit: &Fit, stated: &Loop) -> Loop {
     as_file(&model, realised.constant_load)
 }
 
+/// The same, its load that stays a term beside the stated offset.
+fn under_load(fit: &Fit, stated: &Loop) -> Loop {
+    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return stated.clone() };
+    let model = Loop { sample_time_s: stated.sample_time_s, ..realised.model };
+    loaded(model, realised.constant_load)
+}
+
 impl Conclusion<'_> {
     /// The diagnosis.
     pub fn diagnosis(self) -> Diagnosis {
@@ -114,7 +121,8 @@ impl Conclusion<'_> {
             ..model
         };
         let (nominal, refitted) = (as_stated(nominal), as_stated(model_of(base)));
-        let mut improved = model_of(best);
+        let mut improved =
+            if self.result.standing_load.is_some() { under_load(best, self.stated) } else { model_of(best) };
         improved.sensor.noise = self.sensor_sd;
         let mut physics = self.law_terms(train);
         physics.extend(self.result.quantum.iter().map(|term| Named {
@@ -292,7 +300,9 @@ impl Conclusion<'_> {
     fn parameters(&self, best: &Fit, widths: &[f64]) -> Vec<Refitted> {
         let mut rows = identified::numbers(best, widths);
         // What is named as a term is no number of the plant besides.
-        rows.retain(|row| self.result.standing_load.is_none() || row.name != "load");
+        rows.retain(|row| {
+            self.result.standing_load.is_none() || !["load", "plant.offset"].contains(&row.name.as_str())
+        });
         rows.extend(self.law.numbers.iter().map(|(name, nominal, value)| Refitted {
             name: name.clone(),
             nominal: *nominal,
@@ -404,10 +414,15 @@ pub fn as_file(model: &Loop, constant_load: f64) -> Loop {
     let mut model = model.clone();
     if let Some(offset) = offset::under(&model, constant_load) {
         model.plant = offset::with(&model.plant, offset);
-    } else if constant_load != 0.0
-        && let Ok(load) = Term::new("load_step", &[("level", constant_load)])
-    {
-        model.physics.push(load);
+        return model;
+    }
+    loaded(model, constant_load)
+}
+
+/// A loop under a load from the start.
+fn loaded(mut model: Loop, load: f64) -> Loop {
+    if load != 0.0 {
+        model.physics.extend(Term::new(standing_load::KIND, &[("level", load)]));
     }
     model
 }

@@ -41,7 +41,7 @@ mod missing_drive;
 mod moved_by_disturbances;
 mod needle;
 pub(crate) mod nominal;
-mod offset;
+pub(crate) mod offset;
 mod one_way;
 pub mod options;
 mod own_terms;

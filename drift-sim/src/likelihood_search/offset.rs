@@ -35,7 +35,8 @@ pub fn with(plant: &Plant, offset: f64) -> Plant {
     plant.with_numbers(&values.collect::<Vec<_>>())
 }
 
-fn of(plant: &Plant) -> Option<f64> {
+/// The plant's offset; `None` where it has none.
+pub fn of(plant: &Plant) -> Option<f64> {
     plant.numbers().iter().find(|number| number.role == Role::Offset).map(|number| number.value)
 }
 

@@ -179,8 +179,10 @@ impl Search<'_> {
     /// What speaks for a load that is there from the start beside what is named. An unknown plant may have it by itself, and a healthy recording shares it.
     fn standing_load(&self, found: &Found) -> Option<Choice> {
         let best = found.best.as_ref().filter(|_| !self.is_plant_open && !self.data.has_healthy())?;
-        let least = (self.options.least_share * strongest(found)).max(self.options.least_gain);
-        standing_load::judged(best, self.data, least)
+        // A stated offset takes up what the model lacks of the others.
+        let has_offset = standing_load::has_offset(&best.hypothesis);
+        let least = if has_offset { self.further_gain(best) } else { self.options.least_gain };
+        standing_load::judged(best, self.data, least.max(self.options.least_share * strongest(found)))
     }
 
     /// Names kind after kind beside what is named already; the first of a field, if that is known.

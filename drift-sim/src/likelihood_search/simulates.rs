@@ -181,11 +181,6 @@ impl Trial<'_> {
         !self.found.physics.is_empty() && self.found.physics.iter().all(Named::is_noise_change)
     }
 
-    /// Whether a noisier sensor is among what is named.
-    pub fn names_noise(&self) -> bool {
-        self.found.physics.iter().any(Named::is_noise_change)
-    }
-
     /// Whether something is named that gains more than this in log-likelihood.
     pub fn names_what_gains(&self, least: f64) -> bool {
         self.found.physics.iter().any(|named| named.train_gain > least)

@@ -23,7 +23,7 @@ fn named(physics: Vec<Term>, seed: u64) -> Vec<&'static str> {
         let r = (0..8_000).map(|n| 45.0 + moves(f64::from(n))).collect();
         random_load::recorded(&truth, r, (0.2, 0.98), seed, Some(&Start::held(45.0, 50.0)))
     };
-    let steps = recorded(&|n| if (n / 1_000.0) as u32 % 2 == 0 { 0.0 } else { 6.0 }, seed);
+    let steps = recorded(&|n| if n % 2_000.0 < 1_000.0 { 0.0 } else { 6.0 }, seed);
     let slow = recorded(&|n| 6.0 * (TAU * n / 8_000.0).sin(), seed + 10);
     let found = diagnose(&[steps], Some(&slow), &stated).unwrap();
     println!("{seed}: {:?} {:?}", found.verdict, found.candidates);

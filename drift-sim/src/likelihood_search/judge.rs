@@ -229,6 +229,7 @@ fn better(a: Option<FitPct>, b: Option<FitPct>) -> Option<FitPct> {
 mod tests {
     use super::*;
     use crate::controller::Controller;
+    use crate::diagnose::cause::Cause;
     use crate::estimate::first_look::coarser;
     use crate::likelihood_search::hypothesis;
     use crate::physics::Term;
@@ -239,11 +240,10 @@ mod tests {
     const STAYS: usize = 1_403;
 
     /// A mass on a spring whose law kicks at each step of its reference, which falls anywhere within coarser samples.
-    fn mass(delay_s: f64) -> (Loop, Signals) {
+    fn mass(physics: Vec<Term>) -> (Loop, Signals) {
         let text = "[loop]\nsample_time_s = 0.002\n[controller]\nkind = \"pi\"\nkp = 6.0\nki = 6.0\n\
             [plant]\nkind = \"transfer-function\"\nnum = [4.0]\nden = [1.0, 3.0, 8.0]\n[sensor]\nnoise = 5e-5\n";
         let model = Loop::parse(text, "a mass").unwrap();
-        let physics = vec![Term::new("delay", &[("delay_s", delay_s)]).unwrap()];
         let r: Vec<f64> = LEVELS.iter().flat_map(|level| vec![*level; STAYS]).collect();
         let trace = simulate(&Loop { physics, ..model.clone() }, &r, &[], 1, None).unwrap();
         let signals =
@@ -251,9 +251,13 @@ mod tests {
         (Loop { controller: Controller::Recorded, ..model }, signals)
     }
 
-    /// The fits to coarser samples with a delay and without one, what the delay gains there, and the recording's own samples.
-    fn searched(delay_s: f64) -> ((Fit, Fit), f64, Data) {
-        let (model, signals) = mass(delay_s);
+    fn delay(delay_s: f64) -> Term {
+        Term::new("delay", &[("delay_s", delay_s)]).unwrap()
+    }
+
+    /// The fits to coarser samples with this term and without it, what it gains there, and the recording's own samples.
+    fn searched(physics: Vec<Term>, term: Term) -> ((Fit, Fit), f64, Data) {
+        let (model, signals) = mass(physics);
         let samples = signals.len();
         let coarse = coarser(std::slice::from_ref(&signals), COARSE);
         let slow = Loop { sample_time_s: COARSE as f64 * model.sample_time_s, ..model.clone() };
@@ -261,8 +265,7 @@ mod tests {
         let fitted = vec![coarse[0].len()];
         let data = Data::new(&plain, coarse, fitted);
         let base = nominal::fit(&plain, &data).unwrap();
-        let late = plain.with(Term::new("delay", &[("delay_s", 0.02)]).unwrap());
-        let best = nominal::fit(&late, &data).unwrap();
+        let best = nominal::fit(&plain.with(term), &data).unwrap();
         let gain = 0.5 * (base.objective() - best.objective());
         let own = Data::new(
             &hypothesis(&model, std::slice::from_ref(&signals), &Options::default()),
@@ -274,15 +277,36 @@ mod tests {
 
     #[test]
     fn a_delay_that_coarser_samples_make_is_spoken_against() {
-        let (ends, gain, own) = searched(0.0);
+        let (ends, gain, own) = searched(vec![delay(0.0)], delay(0.02));
         assert!(gain > 20.0, "{gain}");
         assert!(own_samples_speak_against(&ends, &own));
     }
 
     #[test]
     fn a_delay_that_is_there_is_not() {
-        let (ends, gain, own) = searched(0.02);
+        let (ends, gain, own) = searched(vec![delay(0.02)], delay(0.02));
         assert!(gain > 20.0, "{gain}");
         assert!(!own_samples_speak_against(&ends, &own));
+    }
+
+    /// A sensor that is four times as noisy from the middle on, and one that is not.
+    #[test]
+    fn a_noisier_sensor_must_pay_in_the_recordings_own_samples() {
+        let noisier = || Term::new("sensor_noise", &[("ratio", 4.0)]).unwrap().from_s(7.0);
+        let speaks = |physics| {
+            let (ends, _, own) = searched(physics, noisier());
+            own_samples_speak_against(&ends, &own)
+        };
+        assert!(speaks(Vec::new()));
+        assert!(!speaks(vec![noisier()]));
+    }
+
+    #[test]
+    fn causes_are_told_in_the_recordings_own_samples() {
+        let (model, _) = mass(Vec::new());
+        let ((best, _), _, _) = searched(vec![delay(0.02)], delay(0.02));
+        let cause = Cause::of(&best, &model, COARSE, 1.0, true).unwrap();
+        assert!(cause.model.check_sample_time(model.sample_time_s).is_ok());
+        assert!(cause.noise.sensor_sd > best.rows.sensor_sd, "means are less noisy: {:?}", cause.noise);
     }
 }

@@ -34,7 +34,6 @@ mod look_command;
 mod measured_inputs;
 mod monitor;
 mod monitor_command;
-mod moved_elsewhere;
 mod noise_since_healthy;
 mod operating_point;
 mod outputs;

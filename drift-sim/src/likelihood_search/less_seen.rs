@@ -49,15 +49,17 @@ fn foretold(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
 /// Of the first recording what comes before the onset and half of what comes after; nothing of the others, but of healthy ones.
 fn half_seen(data: &Data, onset_s: f64) -> Vec<usize> {
     let each = data.recordings.iter().zip(&data.fitted).enumerate();
-    let seen = each.map(|(i, (signals, fitted))| {
-        let onset = ((onset_s / signals.sample_time_s) as usize).min(*fitted);
-        match i {
-            _ if i >= data.healthy_from => (HEALTHY_SEEN * *fitted as f64) as usize,
-            0 => onset + (*fitted - onset) / 2,
-            _ => 0,
-        }
+    let seen = each.map(|(i, (signals, fitted))| match i {
+        _ if i >= data.healthy_from => (HEALTHY_SEEN * *fitted as f64) as usize,
+        0 => half_after(onset_s, signals, *fitted),
+        _ => 0,
     });
     seen.collect()
+}
+
+fn half_after(onset_s: f64, signals: &Signals, fitted: usize) -> usize {
+    let onset = ((onset_s / signals.sample_time_s) as usize).min(fitted);
+    onset + (fitted - onset) / 2
 }
 
 /// The samples of each recording that a fit sees; `None` where the reference moves enough in what it has not seen, or nowhere, nothing begins in a further recording, and none is healthy.
@@ -113,6 +115,13 @@ mod tests {
     fn what_proves_holds_what_begins() {
         let begins = |at: f64| before(0.1 * at, &Signals { sample_time_s: 0.1, ..of(|_| 3.0) }, 500);
         assert_eq!([begins(300.5), begins(0.0), begins(600.0)], [150, 500, 500]);
+    }
+
+    /// A fit that has seen 500 samples, where something is there from the start, begins at 300 of them, and at 600.
+    #[test]
+    fn half_of_what_shows_it_proves() {
+        let half = |at: f64| half_after(0.1 * at, &Signals { sample_time_s: 0.1, ..of(|_| 3.0) }, 500);
+        assert_eq!([half(0.0), half(300.5), half(600.0)], [250, 400, 500]);
     }
 
     #[test]

@@ -12,6 +12,9 @@ use crate::plant::Plant;
 /// Rivals that a sentence names.
 const NAMED: usize = 3;
 
+/// Log-likelihood that a cause which is not proved must gain to be told: what something must that is named beside a guessed plant (`guessed_gain`).
+const LEADS: f64 = 15.0;
+
 /// A fit that noise alone keeps below this, in per cent, says nothing of the model: the loop rests there.
 const FOLLOWS_PCT: f64 = 5.0;
 
@@ -185,10 +188,10 @@ impl Telling<'_> {
                 "This recording can't tell: the plant that could be identified from it does not follow y where it has not seen it.".into(),
                 "A recording with changes of the set-point, or a loop file that states the plant, would tell more.".into(),
             ),
-            Verdict::Undecided if !found.candidates.is_empty() => (
+            Verdict::Undecided if !self.leading().is_empty() => (
                 Status::CantTell,
                 "This recording can't tell: what explains it best is not proved.".into(),
-                format!("Likeliest: {}. Changes of the set-point would tell more.", listed(&self.candidates())),
+                format!("Likeliest: {}. Changes of the set-point would tell more.", listed(&self.leading())),
             ),
             Verdict::Undecided => (
                 Status::CantTell,
@@ -206,7 +209,7 @@ impl Telling<'_> {
                 (
                     Status::Suspect,
                     format!("Something is missing at the {place}, and this recording can't tell what."),
-                    self.what_is_left(),
+                    self.candidates(),
                 )
             }
             Verdict::MissingPhysics => {
@@ -319,15 +322,17 @@ impl Telling<'_> {
         }
     }
 
-    fn candidates(&self) -> Vec<&'static str> {
-        self.found.candidates.iter().map(|(kind, _)| *kind).collect()
-    }
-
-    fn what_is_left(&self) -> String {
-        match self.candidates().as_slice() {
+    fn candidates(&self) -> String {
+        let names: Vec<&str> = self.found.candidates.iter().map(|(kind, _)| *kind).collect();
+        match names.as_slice() {
             [] => String::new(),
             names => format!("What is left: {}.", listed(names)),
         }
+    }
+
+    /// What is not proved and gains enough to be told.
+    fn leading(&self) -> Vec<&'static str> {
+        self.found.candidates.iter().filter(|(_, gain)| *gain > LEADS).map(|(kind, _)| *kind).collect()
     }
 
     /// The smallest effects that this recording would have shown.
@@ -461,8 +466,8 @@ impl Telling<'_> {
             Status::Suspect if !found.candidates.is_empty() => {
                 KeyNumber::new(found.candidates.len().to_string(), format!("causes left, of {tried} tried"))
             }
-            Status::CantTell if !found.candidates.is_empty() => KeyNumber::new(
-                found.candidates.len().to_string(),
+            Status::CantTell if !self.leading().is_empty() => KeyNumber::new(
+                self.leading().len().to_string(),
                 format!("causes that explain more, none of them proved, of {tried} tried"),
             ),
             _ => KeyNumber::new(format!("0 of {tried}"), "causes tried that explain more"),

@@ -92,16 +92,19 @@ impl Diagnosis {
 
 /// The loop of a fit as a loop file would have it, in the samples of the stated one.
 pub fn loop_of(fit: &Fit, stated: &Loop) -> Loop {
-    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return stated.clone() };
-    let model = Loop { sample_time_s: stated.sample_time_s, ..realised.model };
-    as_file(&model, realised.constant_load)
+    let found = realised(fit, stated);
+    found.map_or_else(|| stated.clone(), |(model, load)| as_file(&model, load))
 }
 
 /// The same, its load that stays a term beside the stated offset.
 fn under_load(fit: &Fit, stated: &Loop) -> Loop {
-    let Some(realised) = fit.hypothesis.realise(&fit.point) else { return stated.clone() };
-    let model = Loop { sample_time_s: stated.sample_time_s, ..realised.model };
-    loaded(model, realised.constant_load)
+    realised(fit, stated).map_or_else(|| stated.clone(), |(model, load)| loaded(model, load))
+}
+
+/// The loop of a fit in the samples of the stated one, and the load that stays.
+fn realised(fit: &Fit, stated: &Loop) -> Option<(Loop, f64)> {
+    let realised = fit.hypothesis.realise(&fit.point)?;
+    Some((Loop { sample_time_s: stated.sample_time_s, ..realised.model }, realised.constant_load))
 }
 
 impl Conclusion<'_> {
@@ -411,12 +414,10 @@ fn gained(gain: f64) -> String {
 
 /// A loop with the load that stays, as a file states it: the plant's own offset, or a load from the start.
 pub fn as_file(model: &Loop, constant_load: f64) -> Loop {
-    let mut model = model.clone();
-    if let Some(offset) = offset::under(&model, constant_load) {
-        model.plant = offset::with(&model.plant, offset);
-        return model;
+    match offset::under(model, constant_load) {
+        Some(offset) => Loop { plant: offset::with(&model.plant, offset), ..model.clone() },
+        None => loaded(model.clone(), constant_load),
     }
-    loaded(model, constant_load)
 }
 
 /// A loop under a load from the start.

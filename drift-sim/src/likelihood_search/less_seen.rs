@@ -48,11 +48,15 @@ fn foretold(better: &Fit, worse: &Fit, data: &Data) -> Option<Gained> {
 
 /// Of the first recording what comes before the onset and half of what comes after; nothing of the others, but of healthy ones.
 fn half_seen(data: &Data, onset_s: f64) -> Vec<usize> {
+    still_seen(data, |i, signals, fitted| if i == 0 { half_after(onset_s, signals, fitted) } else { 0 })
+}
+
+/// What a fit still sees of each recording, this of those of now.
+fn still_seen(data: &Data, of_now: impl Fn(usize, &Signals, usize) -> usize) -> Vec<usize> {
     let each = data.recordings.iter().zip(&data.fitted).enumerate();
-    let seen = each.map(|(i, (signals, fitted))| match i {
-        _ if i >= data.healthy_from => (HEALTHY_SEEN * *fitted as f64) as usize,
-        0 => half_after(onset_s, signals, *fitted),
-        _ => 0,
+    let seen = each.map(|(i, (signals, fitted))| match i < data.healthy_from {
+        true => of_now(i, signals, *fitted),
+        false => (HEALTHY_SEEN * *fitted as f64) as usize,
     });
     seen.collect()
 }
@@ -64,15 +68,10 @@ fn half_after(onset_s: f64, signals: &Signals, fitted: usize) -> usize {
 
 /// The samples of each recording that a fit sees; `None` where the reference moves enough in what it has not seen, or nowhere, nothing begins in a further recording, and none is healthy.
 fn less_seen(data: &Data, onset_s: f64) -> Option<Vec<usize>> {
-    let each = data.recordings.iter().zip(&data.fitted).enumerate();
-    let less = each.map(|(i, (signals, fitted))| {
-        if i >= data.healthy_from {
-            return (HEALTHY_SEEN * *fitted as f64) as usize;
-        }
-        let less = less_of(signals, *fitted, i == 0);
-        if i == 0 { less } else { less.min(before(onset_s, signals, *fitted)) }
+    let less = still_seen(data, |i, signals, fitted| {
+        let less = less_of(signals, fitted, i == 0);
+        if i == 0 { less } else { less.min(before(onset_s, signals, fitted)) }
     });
-    let less: Vec<usize> = less.collect();
     (less != data.fitted).then_some(less)
 }
 
@@ -106,7 +105,7 @@ mod tests {
     }
 
     /// What is still seen of 1000 samples of which 500 were, over this reference.
-    fn still_seen(r: impl Fn(usize) -> f64, is_first: bool) -> usize {
+    fn seen_over(r: impl Fn(usize) -> f64, is_first: bool) -> usize {
         less_of(&of(r), 500, is_first)
     }
 
@@ -127,12 +126,12 @@ mod tests {
     #[test]
     fn what_proves_holds_a_move_of_the_reference() {
         let step = |at: usize| move |n: usize| if n < at { 0.0 } else { 1.0 };
-        assert_eq!(still_seen(step(600), false), 500);
-        assert_eq!(still_seen(step(400), false), 250);
-        assert_eq!(still_seen(step(100), false), 0);
-        assert_eq!(still_seen(step(100), true), 500);
-        assert_eq!(still_seen(|n| if n % 100 < 50 { 0.0 } else { 1.0 }, false), 500);
-        assert_eq!(still_seen(|_| 3.0, false), 500);
+        assert_eq!(seen_over(step(600), false), 500);
+        assert_eq!(seen_over(step(400), false), 250);
+        assert_eq!(seen_over(step(100), false), 0);
+        assert_eq!(seen_over(step(100), true), 500);
+        assert_eq!(seen_over(|n| if n % 100 < 50 { 0.0 } else { 1.0 }, false), 500);
+        assert_eq!(seen_over(|_| 3.0, false), 500);
         // One in coarser samples, of which the last is left over, was seen whole.
         assert_eq!(less_of(&of(step(400)), 999, true), 999);
     }

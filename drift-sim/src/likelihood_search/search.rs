@@ -16,6 +16,7 @@ use super::jumping_load::is_jump;
 use super::less_seen::gained_again;
 use super::moved_by_disturbances::may_be_the_law;
 use super::nominal;
+use super::offset;
 use super::options::Options;
 use super::prove::{Gained, gained};
 use super::raggedness::shaken;
@@ -180,7 +181,7 @@ impl Search<'_> {
     fn standing_load(&self, found: &Found) -> Option<Choice> {
         let best = found.best.as_ref().filter(|_| !self.is_plant_open && !self.data.has_healthy())?;
         // A stated offset takes up what the model lacks of the others.
-        let has_offset = standing_load::has_offset(&best.hypothesis);
+        let has_offset = offset::of(&best.hypothesis.model.plant).is_some();
         let least = if has_offset { self.further_gain(best) } else { self.options.least_gain };
         standing_load::judged(best, self.data, least.max(self.options.least_share * strongest(found)))
     }

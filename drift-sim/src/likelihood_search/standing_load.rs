@@ -2,10 +2,9 @@
 //! lacks, or an offset that it has wrong, and is named like any other term: where it pays for its number and gains on what nothing has seen.
 
 use crate::estimate::fit::Fit;
-use crate::estimate::hypothesis::{Hypothesis, Target};
+use crate::estimate::hypothesis::Target;
 use crate::estimate::likelihood::Data;
 use crate::physics::Kind;
-use crate::plant::Role;
 
 use super::decide::{cost_of_numbers, independent_share};
 use super::found::Choice;
@@ -48,11 +47,6 @@ pub fn judged(best: &Fit, data: &Data, least: f64) -> Option<Choice> {
         .zip([hypothesis.model.plant.keeps_its_level(), may_be_friction(best, place, data)]);
     let tied = tied.filter_map(|(kind, is_alike)| is_alike.then_some(kind)).collect();
     Some(Choice { tied, gain, unseen: Some(unseen), among: 0 })
-}
-
-/// Whether the stated plant has a number of its own for the load.
-pub fn has_offset(hypothesis: &Hypothesis) -> bool {
-    hypothesis.numbers.iter().any(|number| number.role == Role::Offset)
 }
 
 /// Whether dry friction would be the same: the load takes from the drive of a mass that moves one way only.

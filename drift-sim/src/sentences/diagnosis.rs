@@ -6,14 +6,12 @@ use crate::control_loop::Loop;
 use crate::diagnose::prove::FitPct;
 use crate::diagnose::{Diagnosis, Fits, Named, Rejected, Verdict};
 use crate::likelihood_search::offset;
+use crate::likelihood_search::options::Options;
 use crate::physics::{Place, Term, UnitNames};
 use crate::plant::Plant;
 
 /// Rivals that a sentence names.
 const NAMED: usize = 3;
-
-/// Log-likelihood that a cause which is not proved must gain to be told: what something must that is named beside a guessed plant (`guessed_gain`).
-const LEADS: f64 = 15.0;
 
 /// A fit that noise alone keeps below this, in per cent, says nothing of the model: the loop rests there.
 const FOLLOWS_PCT: f64 = 5.0;
@@ -330,9 +328,10 @@ impl Telling<'_> {
         }
     }
 
-    /// What is not proved and gains enough to be told.
+    /// What is not proved and gains enough to be told: what something must that is named beside a guessed plant.
     fn leading(&self) -> Vec<&'static str> {
-        self.found.candidates.iter().filter(|(_, gain)| *gain > LEADS).map(|(kind, _)| *kind).collect()
+        let least = Options::default().guessed_gain;
+        self.found.candidates.iter().filter(|(_, gain)| *gain > least).map(|(kind, _)| *kind).collect()
     }
 
     /// The smallest effects that this recording would have shown.

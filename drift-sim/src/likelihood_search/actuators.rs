@@ -24,17 +24,16 @@ const MOST_PAST: usize = if PAST_U > PAST_Y { PAST_U } else { PAST_Y };
 /// Samples in which a search finds where to begin: of the recording made coarser, and of its liveliest stretch as it is. Between coarser samples a valve slips too often to be
 /// followed; a stretch is short beside a slow plant.
 const FEW: usize = 2_000;
-/// Points that a search goes on from, its steps from each, and their reach.
+/// Points that a search climbs from in few samples, and in all: as many go on from each of the few.
 const SEARCHED: usize = 12;
 const GO_ON: usize = 4;
 /// Part of the largest number by which two points are unlike.
 const UNLIKE: f64 = 0.05;
-const STEPS: usize = 60;
-const REACH: f64 = 0.15;
-/// Steps from the points of every jump, and their reach: as far apart as the points are, then as far as a peak is wide in the short stretch.
-const CLOSER_STEPS: usize = 120;
-const CLOSER_REACH: f64 = 0.02;
-const CLOSEST_REACH: f64 = 0.005;
+/// Climbs from a grid.
+const WIDE: Climbs = Climbs { steps: 60, reach: 0.15 };
+/// Climbs from the points of every jump: as far as the points are apart, then as far as a peak is wide in the short stretch.
+const CLOSER: Climbs = Climbs { steps: 120, reach: 0.02 };
+const CLOSEST: Climbs = Climbs { reach: 0.005, ..CLOSER };
 /// Log-likelihood by which a point must foretell y better than u itself for a search to begin there.
 const WORTH: f64 = 3.0;
 /// Log-likelihood by which an actuator must foretell y better than none: its numbers are the best of hundreds.
@@ -85,6 +84,13 @@ fn liveliest(recordings: &[Signals], samples: usize) -> Vec<Signals> {
     recordings.iter().map(part).collect()
 }
 
+/// Climbs of so many steps, with their reach.
+#[derive(Clone, Copy)]
+struct Climbs {
+    steps: usize,
+    reach: f64,
+}
+
 /// Those that find where to begin, and the one that decides.
 struct Judges {
     first: Vec<Judge>,
@@ -108,9 +114,8 @@ impl Judges {
     }
 
     fn best_from(&self, kind: &'static Kind, points: &[Vec<f64>]) -> Option<Actuated> {
-        let wide = (STEPS, REACH);
-        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, points.to_vec(), wide));
-        let found = self.ended(kind, begun, wide)?;
+        let begun = self.first.iter().flat_map(|judge| judge.climbed(kind, points.to_vec(), WIDE, SEARCHED));
+        let found = self.ended(kind, begun, WIDE)?;
         let other = self.of_every_jump(&found).filter(|other| other.gain > STANDS_OUT * found.gain);
         Some(other.unwrap_or(found))
     }
@@ -122,16 +127,17 @@ impl Judges {
         let Starts::Peak { every_jump, in_step, .. } = kind.search else { return None };
         let short = self.first.last().filter(|_| found.gain > needle::LEAST_GAIN)?;
         let points = every_jump(&found.term.parameters);
-        let begun = short.climbed(kind, points, (CLOSER_STEPS, CLOSER_REACH));
-        let closest = (CLOSER_STEPS, CLOSEST_REACH);
-        let mut best = self.ended(kind, begun, closest)?;
+        let begun = short.climbed(kind, points, CLOSER, SEARCHED);
+        let mut best = self.ended(kind, begun, CLOSEST)?;
         if found.gain > best.gain {
             best = Actuated { term: found.term.clone(), gain: found.gain };
         }
         for _ in 0..AGAIN {
             let others = in_step(&best.term.parameters).into_iter();
             let others = others.flat_map(|parameters| states(kind, parameters, STATES_IN_STEP)).collect();
-            let Some(other) = self.last.climbed(kind, others, closest).into_iter().next() else { break };
+            let Some(other) = self.last.climbed(kind, others, CLOSEST, SEARCHED).into_iter().next() else {
+                break;
+            };
             if other.gain < best.gain + WORTH {
                 break;
             }
@@ -145,10 +151,10 @@ impl Judges {
         &self,
         kind: &'static Kind,
         begun: impl IntoIterator<Item = Actuated>,
-        steps: (usize, f64),
+        climbs: Climbs,
     ) -> Option<Actuated> {
         let begun = begun.into_iter().map(|actuated| actuated.term.parameters).collect();
-        self.last.climbed(kind, begun, steps).into_iter().next()
+        self.last.climbed(kind, begun, climbs, GO_ON).into_iter().next()
     }
 }
 
@@ -235,17 +241,23 @@ impl Judge {
         gain.is_finite().then_some(Actuated { term, gain })
     }
 
-    /// Where climbs of so many steps of such a reach from these numbers of a kind end, the best first.
-    fn climbed(&self, kind: &'static Kind, from: Vec<Vec<f64>>, steps: (usize, f64)) -> Vec<Actuated> {
+    /// Where climbs from these numbers of a kind end, from the best and so many at most; the best first.
+    fn climbed(
+        &self,
+        kind: &'static Kind,
+        from: Vec<Vec<f64>>,
+        climbs: Climbs,
+        most: usize,
+    ) -> Vec<Actuated> {
         let judged = from.into_par_iter().filter_map(|parameters| self.judged(kind, parameters));
         let mut judged: Vec<Actuated> = judged.collect();
         judged.retain(|actuated| actuated.gain > WORTH);
-        let judged = unlike(judged, SEARCHED);
-        let ended = judged.into_par_iter().enumerate().map(|(i, from)| self.search(from, steps, i as u64));
+        let judged = unlike(judged, most);
+        let ended = judged.into_par_iter().enumerate().map(|(i, from)| self.search(from, climbs, i as u64));
         unlike(ended.collect(), GO_ON)
     }
 
-    fn search(&self, from: Actuated, (count, reach): (usize, f64), seed: u64) -> Actuated {
+    fn search(&self, from: Actuated, Climbs { steps: count, reach }: Climbs, seed: u64) -> Actuated {
         let kind = from.term.kind;
         let worth = |parameters: &[f64]| Some(self.judged(kind, parameters.to_vec())?.gain);
         let (parameters, gain) =
@@ -269,7 +281,7 @@ struct Regression {
 impl Regression {
     fn new(recording: &Signals, every: usize) -> Option<Self> {
         let y = centred(held(&recording.y).into_iter().step_by(every).collect());
-        let of_y = Products::of(&y, &y, PAST_Y + 1, PAST_Y + 1)?;
+        let of_y = Products::of_itself(&y, PAST_Y + 1)?;
         let mut regression = Self { y, u: recording.u.clone(), every, of_y, without: f64::NAN };
         regression.without = regression.error(&recording.u)?;
         Some(regression)
@@ -285,7 +297,7 @@ impl Regression {
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
         let driving = centred(driving.chunks(self.every).map(mean).collect());
         let of_both = Products::of(&self.y, &driving, PAST_Y + 1, PAST_U + 1)?;
-        let of_driving = Products::of(&driving, &driving, PAST_U + 1, PAST_U + 1)?;
+        let of_driving = Products::of_itself(&driving, PAST_U + 1)?;
         let n = PAST_Y + PAST_U;
         // What is foretold comes first, then the past of y and the past of what drives.
         let product = |a: usize, b: usize| match (a.min(b), a.max(b)) {
@@ -314,6 +326,16 @@ struct Products {
 impl Products {
     /// Over all k with a whole past, of lags below these; `None` where there are too few of them.
     fn of(a: &[f64], b: &[f64], lags_a: usize, lags_b: usize) -> Option<Self> {
+        Self::sums((a, b), (lags_a, lags_b), false)
+    }
+
+    /// The same of a signal with its own past.
+    fn of_itself(a: &[f64], lags: usize) -> Option<Self> {
+        Self::sums((a, a), (lags, lags), true)
+    }
+
+    /// Those of a signal with itself are the same either way, and summed once.
+    fn sums((a, b): (&[f64], &[f64]), (lags_a, lags_b): (usize, usize), is_itself: bool) -> Option<Self> {
         let n = a.len().min(b.len());
         let rows = n.checked_sub(MOST_PAST).filter(|rows| *rows > PAST_Y + PAST_U)?;
         let at = |x: &[f64], k: usize| x.get(k).copied().unwrap_or(0.0);
@@ -323,7 +345,9 @@ impl Products {
         let mut of = DMatrix::zeros(lags_a, lags_b);
         for i in 0..lags_a {
             for j in 0..lags_b {
-                of[(i, j)] = if i == 0 || j == 0 {
+                of[(i, j)] = if is_itself && j < i {
+                    of[(j, i)]
+                } else if i == 0 || j == 0 {
                     direct(i, j)
                 } else {
                     of[(i - 1, j - 1)] + at(a, MOST_PAST - i) * at(b, MOST_PAST - j)

@@ -291,7 +291,7 @@ fn of_recording(
     let mut promises: Vec<Jump> = (0..z.len())
         .map(|at| {
             let left = z.get(at..).unwrap_or(&[]);
-            let along: f64 = answer.iter().zip(left).map(|(a, z)| a * z).sum();
+            let along = dot(answer, left);
             let power = squares.get(left.len().min(answer.len()).saturating_sub(1)).copied().unwrap_or(0.0);
             let size = along / power.max(1e-300);
             let promise = if power > 0.5 * sum { 0.5 * along * size / variance } else { 0.0 };

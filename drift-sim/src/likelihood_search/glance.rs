@@ -13,7 +13,7 @@ use crate::stage;
 use super::decide::cost_of;
 use super::nominal;
 use super::rivals::{Sketch, begins_at_once, grows, is_searched, last_kind, shared_point, stuck};
-use super::starts::{Base, Begin, at_onset, begins, begins_of_size, neutral};
+use super::starts::{Base, Begin, at_onset, begins, begins_of_size, climbed, neutral};
 
 /// Starts of a kind from each base, and how far apart two of them begin, as part of the recording.
 const STARTS: usize = 2;
@@ -122,12 +122,20 @@ impl Glance {
         let promise = |of_each: &[Vec<Begin>]| {
             of_each.iter().flatten().map(|begin| 0.5 * begin.score).fold(0.0, f64::max)
         };
+        // A narrow peak is climbed where the points about it are not far behind those of another kind.
+        let lead = Lead::of(starts.iter().map(|(kind, of_each)| (*kind, promise(of_each))), &seen);
+        let climbs = starts.into_par_iter().map(|(kind, of_each)| {
+            let is_behind = lead.leaves_behind(kind, promise(&of_each));
+            let climb = |(base, begun)| if is_behind { begun } else { climbed(base, kind, begun) };
+            (kind, bases.iter().zip(of_each).map(climb).collect())
+        });
+        let starts: Vec<(&'static Kind, Vec<Vec<Begin>>)> = climbs.collect();
         let lead = Lead::of(starts.iter().map(|(kind, of_each)| (*kind, promise(of_each))), &seen);
         let begun = starts.into_par_iter().filter_map(|(kind, of_each)| {
             let promise = promise(&of_each);
             let each = bases.iter().zip(of_each);
+            let is_behind = lead.leaves_behind(kind, promise);
             let begun = each.filter_map(|(base, starts)| {
-                let is_behind = lead.leaves_behind(kind, promise);
                 let beside = Beside { base, data, is_first: matches!(round, Round::First(_)), is_behind };
                 beside.best_of(kind, starts, round)
             });
@@ -222,8 +230,9 @@ impl Beside<'_> {
     /// The best of what a kind's starts lead to.
     fn best_of(&self, kind: &'static Kind, starts: Vec<Begin>, round: Round) -> Option<Fit> {
         let duration = self.data.recordings.first()?.duration_s();
+        // Each start of a limit is followed by a long fit behind it, which comes to where the next start of as many limits would.
         let most = match kind.search {
-            _ if self.is_behind => 1,
+            _ if self.is_behind || self.is_identified_before(kind) => 1,
             _ if moves_the_plant(kind, &self.base.fit.hypothesis.scales) => usize::MAX,
             _ => STARTS,
         };
@@ -364,8 +373,10 @@ pub fn second_round(
         };
         let alike = alike.filter(|(of, _)| of != kind);
         let is_behind = |begin: &Begin| lead.leaves_behind(kind, 0.5 * begin.score);
-        let best_start = begins(&from, kind).into_iter().next();
-        let from_best = best_start.and_then(|begin| {
+        let begun = begins(&from, kind);
+        let is_far_behind = begun.first().is_none_or(&is_behind);
+        let begun = if is_far_behind { begun } else { climbed(&from, kind, begun) };
+        let from_best = begun.into_iter().next().and_then(|begin| {
             Beside { base: &from, data, is_first: false, is_behind: is_behind(&begin) }.tried(&begin, kind)
         });
         // A slide won't do from where the best one begins: what takes its place moves the plant's numbers far.

@@ -37,24 +37,29 @@ pub fn points(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<
     Some(begins.collect())
 }
 
-/// The best of the points; each at the end of a climb where one promises something.
-pub fn peaks(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<Vec<Begin>> {
+/// The best of the points.
+pub fn highest(base: &Base<'_>, kind: &'static Kind, starts: &[Start]) -> Option<Vec<Begin>> {
     let mut begins = points(base, kind, starts)?;
     begins.sort_by(|a, b| b.score.total_cmp(&a.score));
     begins.truncate(CLIMBED);
+    Some(begins)
+}
+
+/// The same, of one form with their parameters, the best first: each at the end of a climb where one promises something.
+pub fn peaks(base: &Base<'_>, kind: &'static Kind, begun: Vec<(Vec<f64>, Begin)>) -> Option<Vec<Begin>> {
+    let (parameters, begins): (Vec<Vec<f64>>, Vec<Begin>) = begun.into_iter().unzip();
     if begins.first()?.score < WORTH_A_CLIMB {
         return Some(begins);
     }
     let hypothesis = begins.first()?.hypothesis.clone();
-    let parameters = |begin: &Begin| Some(hypothesis.realise(&begin.point)?.model.physics.pop()?.parameters);
-    let from: Option<Vec<_>> = begins.iter().map(|begin| Some((parameters(begin)?, begin.score))).collect();
+    let from = parameters.into_iter().zip(begins.iter().map(|begin| begin.score)).collect();
     // A climb moves the kind's own numbers alone: the plant's stay as they are in its start.
     let points = |moved: &[Vec<f64>]| -> Vec<Point> {
         let moved = begins.iter().zip(moved);
         moved.map(|(begin, own)| hypothesis.started(&begin.point, &Start::of(own.clone()), 0.0)).collect()
     };
     let steps = Steps { count: STEPS, reach: REACH, seed: 0 };
-    let ends = climb_together(kind, from?, steps, |moved| base.scores(&hypothesis, &points(moved)));
+    let ends = climb_together(kind, from, steps, |moved| base.scores(&hypothesis, &points(moved)));
     let own: Vec<Vec<f64>> = ends.iter().map(|(own, _)| own.clone()).collect();
     let ended = points(&own).into_iter().zip(ends);
     let ended =

@@ -39,6 +39,13 @@ pub struct Begin {
     pub onset_s: f64,
 }
 
+impl Begin {
+    /// The term's parameters there.
+    fn parameters(&self) -> Option<Vec<f64>> {
+        Some(self.hypothesis.realise(&self.point)?.model.physics.pop()?.parameters)
+    }
+}
+
 /// A fit from which terms are tried, with what its own numbers can take up.
 pub struct Base<'a> {
     /// The fit.
@@ -200,7 +207,7 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
             let points = coarse(&base.fit.hypothesis.scales);
             let forms = points.chunk_by(|a, b| kind.is_one_form(&a.parameters, &b.parameters));
             forms
-                .map(|points| grid::peaks(base, kind, points))
+                .map(|points| grid::highest(base, kind, points))
                 .collect::<Option<Vec<_>>>()
                 .map(|of| of.concat())
         }
@@ -211,6 +218,26 @@ pub fn begins(base: &Base<'_>, kind: &'static Kind) -> Vec<Begin> {
         Starts::Apart => None,
     }
     .unwrap_or_default();
+    sort(&mut found);
+    found
+}
+
+/// The same where peaks end that are climbed from them; those of a kind without a narrow peak as they are.
+pub fn climbed(base: &Base<'_>, kind: &'static Kind, begun: Vec<Begin>) -> Vec<Begin> {
+    if !kind.search.is_peak() {
+        return begun;
+    }
+    let mut forms: Vec<Vec<(Vec<f64>, Begin)>> = Vec::new();
+    for begin in begun {
+        let Some(parameters) = begin.parameters() else { continue };
+        let form = forms.iter_mut().find(|form| form.iter().all(|(of, _)| kind.is_one_form(of, &parameters)));
+        match form {
+            Some(form) => form.push((parameters, begin)),
+            None => forms.push(vec![(parameters, begin)]),
+        }
+    }
+    let mut found: Vec<Begin> =
+        forms.into_iter().flat_map(|form| grid::peaks(base, kind, form).unwrap_or_default()).collect();
     sort(&mut found);
     found
 }

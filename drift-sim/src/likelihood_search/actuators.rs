@@ -438,5 +438,12 @@ mod tests {
                 assert!((products.at(i, j) - direct).abs() < 1e-12, "{i}, {j}");
             }
         }
+        let itself = Products::of_itself(&a, 6).unwrap();
+        for i in 0..6 {
+            for j in 0..6 {
+                let direct: f64 = (MOST_PAST..90).map(|k| a[k - i] * a[k - j]).sum();
+                assert!((itself.at(i, j) - direct).abs() < 1e-12, "{i}, {j} of itself");
+            }
+        }
     }
 }

@@ -119,20 +119,16 @@ impl Glance {
             (kind, of_each)
         });
         let starts: Vec<(&'static Kind, Vec<Vec<Begin>>)> = starts.collect();
-        let promise = |of_each: &[Vec<Begin>]| {
-            of_each.iter().flatten().map(|begin| 0.5 * begin.score).fold(0.0, f64::max)
-        };
-        // A narrow peak is climbed where the points about it are not far behind those of another kind.
-        let lead = Lead::of(starts.iter().map(|(kind, of_each)| (*kind, promise(of_each))), &seen);
+        let lead = Lead::of_starts(&starts, &seen);
         let climbs = starts.into_par_iter().map(|(kind, of_each)| {
-            let is_behind = lead.leaves_behind(kind, promise(&of_each));
-            let climb = |(base, begun)| if is_behind { begun } else { climbed(base, kind, begun) };
-            (kind, bases.iter().zip(of_each).map(climb).collect())
+            let promise = promise(of_each.iter().flatten());
+            let of_each = bases.iter().zip(of_each);
+            (kind, of_each.map(|(base, begun)| lead.climbed(base, kind, begun, promise)).collect())
         });
         let starts: Vec<(&'static Kind, Vec<Vec<Begin>>)> = climbs.collect();
-        let lead = Lead::of(starts.iter().map(|(kind, of_each)| (*kind, promise(of_each))), &seen);
+        let lead = Lead::of_starts(&starts, &seen);
         let begun = starts.into_par_iter().filter_map(|(kind, of_each)| {
-            let promise = promise(&of_each);
+            let promise = promise(of_each.iter().flatten());
             let each = bases.iter().zip(of_each);
             let is_behind = lead.leaves_behind(kind, promise);
             let begun = each.filter_map(|(base, starts)| {
@@ -193,6 +189,11 @@ struct Begun {
     promise: f64,
 }
 
+/// What the best of a kind's starts promises.
+fn promise<'a>(starts: impl Iterator<Item = &'a Begin>) -> f64 {
+    starts.map(|begin| 0.5 * begin.score).fold(0.0, f64::max)
+}
+
 /// The kind that promises or gains most of a round, and what others must to be followed beside it.
 struct Lead<'a> {
     plant: &'a Plant,
@@ -208,6 +209,16 @@ impl<'a> Lead<'a> {
         let family = best.and_then(|(kind, _)| kind.family_on(plant));
         let top = best.map_or(0.0, |(_, top)| top);
         Self { plant, family, followed: if top > FAR_AHEAD { FOLLOWED * top } else { f64::NEG_INFINITY } }
+    }
+
+    /// The same of kinds with their starts from each base.
+    fn of_starts(starts: &[(&'static Kind, Vec<Vec<Begin>>)], base: &'a Fit) -> Self {
+        Self::of(starts.iter().map(|(kind, of_each)| (*kind, promise(of_each.iter().flatten()))), base)
+    }
+
+    /// The starts of a kind that promises so much. A narrow peak is climbed where the points about it are not too far behind those of another kind.
+    fn climbed(&self, base: &Base<'_>, kind: &'static Kind, begun: Vec<Begin>, promise: f64) -> Vec<Begin> {
+        if self.leaves_behind(kind, promise) { begun } else { climbed(base, kind, begun) }
     }
 
     /// Whether a kind is too far behind to be followed. One of the best one's family never is: it may do the same from numbers that its starts do not show.
@@ -294,9 +305,7 @@ fn limited(begin: &Begin, kind: &Kind) -> Vec<bool> {
     }
     let scales = &begin.hypothesis.scales;
     let passes = |limit: &f64| *limit > scales.u_lowest && *limit < scales.u_highest;
-    let realised = begin.hypothesis.realise(&begin.point);
-    let term = realised.and_then(|realised| realised.model.physics.into_iter().next_back());
-    term.map_or(Vec::new(), |term| term.parameters.iter().map(passes).collect())
+    begin.parameters().map_or(Vec::new(), |parameters| parameters.iter().map(passes).collect())
 }
 
 /// Whether a plant's number is far from where it was taken as likely: it may have taken up what is missing.
@@ -374,9 +383,8 @@ pub fn second_round(
         let alike = alike.filter(|(of, _)| of != kind);
         let is_behind = |begin: &Begin| lead.leaves_behind(kind, 0.5 * begin.score);
         let begun = begins(&from, kind);
-        let is_far_behind = begun.first().is_none_or(&is_behind);
-        let begun = if is_far_behind { begun } else { climbed(&from, kind, begun) };
-        let from_best = begun.into_iter().next().and_then(|begin| {
+        let promise = promise(begun.iter());
+        let from_best = lead.climbed(&from, kind, begun, promise).into_iter().next().and_then(|begin| {
             Beside { base: &from, data, is_first: false, is_behind: is_behind(&begin) }.tried(&begin, kind)
         });
         // A slide won't do from where the best one begins: what takes its place moves the plant's numbers far.

@@ -41,7 +41,7 @@ pub struct Begin {
 
 impl Begin {
     /// The term's parameters there.
-    fn parameters(&self) -> Option<Vec<f64>> {
+    pub fn parameters(&self) -> Option<Vec<f64>> {
         Some(self.hypothesis.realise(&self.point)?.model.physics.pop()?.parameters)
     }
 }
